@@ -81,7 +81,7 @@ def drift(
         Its top and its start; its span and its wants are not used.
     methods : sequence of str, Method or callable
         ``NAME`` or ``NAME=SETTING``, such as ``taylor-axis-projected`` or ``strang=200``; or your
-        own: ``FILE.py:NAME``, ``MODULE:NAME``, a `heavytop.Method`, a function.
+        own: ``FILE.py:NAME``, ``MODULE:NAME``, in Python a `heavytop.Method` or a function too.
     periods : float
         Nutation periods to go, at least 1.
     ensemble : int

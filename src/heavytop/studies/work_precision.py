@@ -78,9 +78,9 @@ def work_precision(
         Its top and its start; its span and its wants are not used.
     methods : sequence of str, Method or callable
         ``NAME`` for all settings of a method, ``NAME=SETTING`` for one; ``auto`` is what `plan`
-        chooses for 12 digits, ``auto=DIGITS`` for so many, up to 30. All names, which are what is
-        tried when this is left out, are in `heavytop.studies.work_precision.WORK_METHODS`.
-        Those of your own are as in `heavytop.drift`, with the setting that they have, if any.
+        chooses for 12 digits, ``auto=DIGITS`` for so many, up to 30. All in
+        `heavytop.studies.work_precision.WORK_METHODS` are tried when this is left out. Those of
+        your own are as in `heavytop.drift`, with the setting that they have, if any.
     periods : float
         Nutation periods to go, from 1 to 1e6.
     budget : float
