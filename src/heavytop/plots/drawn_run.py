@@ -166,7 +166,7 @@ class Clip(NamedTuple):
         motion = pushed or own
         if rounds is not None:
             if time is not None or not motion.round:
-                rule = "or time: one of both" if time else "the axis does not go round"
+                rule = "give rounds or time, not both" if time else "the axis does not go round"
                 raise BadScene((Fault("film", None, "rounds", f"{rounds:g}", rule),))
             time = rounds * motion.round
         if speed is not None and time is not None:
