@@ -21,7 +21,7 @@ FEW = slice(0, 40)
 ACROSS = RECORD.thetadot**2 + (RECORD.phidot * np.sin(RECORD.theta)) ** 2
 BODY = np.einsum("nji,nj->ni", matrix(RECORD), RECORD.omega)
 SPELLED = {
-    "angles": angles(RECORD),
+    "angles": pandas.DataFrame(angles(RECORD)).set_index("t"),
     "quaternion": vectors(RECORD),
     "matrix": {"t": TIMES, "matrix": matrix(RECORD), "omega": RECORD.omega},
     "nine": {"t": TIMES, "rotation": matrix(RECORD).reshape(-1, 9), "omega": RECORD.omega},

@@ -77,6 +77,8 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
         name, given = harmless(path), _load(path, chosen)
     elif not hasattr(data, "keys"):
         raise wrong_type("data", "the path of a file, or arrays by their names", data)
+    elif any(getattr(getattr(data, "index", None), "names", ())):  # of pandas, such as t
+        given = data.reset_index()
     table = {str(each): given[each] for each in getattr(given, "variables", given)}
     about, faults = getattr(given, "attrs", {}), list[str]()
     scene = about.get("scene") if "plan" in about else None  # of a run of ours
