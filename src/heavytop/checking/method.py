@@ -174,17 +174,19 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
     rates: dict[str, Array] = {f"{name}dot": np.gradient(x, t) for name, x in angles.items()}
     moving = c.updated(**rates | dict(c.arrays))  # by differences where they are not given
     theta, psidot = c.known.get("theta"), moving.arrays.get("psidot")
-    if psidot is not None and theta is not None:
-        varies, off = float(np.ptp(exact.psidot)), abs(wrapped(theta - exact.theta)).max()
-        held = np.ptp(psidot) < HELD * varies and abs(psidot[0] - exact.psidot[0]) < HELD * varies
-        if held and varies > 1e-3 * abs(exact.psidot).max() and off > HELD * np.ptp(exact.theta):
-            words = f"ψ̇ is constant ({psidot.mean():.6g} rad/s) where p_ψ should be"
-            return "motor", f"{words}: a motor holds the spin"
+    omega3 = None
     if "omega_body" in c.values:
         omega3 = c.values["omega_body"][:, 2]
     elif spin := c.spin or moving.spin:
         omega3 = (spin[0] * spin[1]).sum(axis=1)
-    else:
+    if psidot is not None and theta is not None:
+        varies, off = float(np.ptp(exact.psidot)), abs(wrapped(theta - exact.theta)).max()
+        least = HELD * (varies if omega3 is None else min(varies, np.ptp(omega3)))
+        held = np.ptp(psidot) < least and abs(psidot[0] - exact.psidot[0]) < HELD * varies
+        if held and varies > 1e-3 * abs(exact.psidot).max() and off > HELD * np.ptp(exact.theta):
+            words = f"ψ̇ is constant ({psidot.mean():.6g} rad/s) where p_ψ should be"
+            return "motor", f"{words}: a motor holds the spin"
+    if omega3 is None:
         return None
     if (omega3 * omega3[0] > 0).all():
         slope, off = _fit_line(t / t[-1], np.log(omega3 / omega3[0]))
