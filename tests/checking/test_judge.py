@@ -40,10 +40,15 @@ def test_the_closed_form_itself_has_all_its_digits(name):
 def test_what_the_last_digit_of_the_start_does_is_rounding():
     t = np.linspace(0, 30_000, 6001)
     rounded = {name: float(getattr(START, name)) for name in (*ANGLES, *RATES)}
-    mine = Motion(TOP, State(**rounded))
-    found = check(vectors(mine.at(t), t), SCENE)
+    found = check(vectors(Motion(TOP, State(**rounded)).at(t), t), SCENE)
     assert 1e-12 < found.errors["axis"].rms < found.condition
     assert found.method["sentence"] == "the error is that of rounding"
+
+
+def test_a_steady_motion_beside_one_that_nutates_has_no_motor():
+    at = Motion(TOP, State.steady(TOP, "0.4", psidot=120)).at(TIMES)
+    other = Scene(TOP, State("0.4", phidot=5, psidot=120), time=3)
+    assert not check({"t": TIMES} | {x: getattr(at, x) for x in ANGLES}, other).conventions
 
 
 def rounded(table, form):

@@ -164,8 +164,7 @@ BITS += [("axis", projected, FAST) for projected in (False, True)]
 @pytest.mark.parametrize(("formulation", "projected", "changes"), BITS)
 def test_sampling_continuing_and_storing_change_no_bit(formulation, projected, changes, tmp_path):
     """A projected run has several legs in each block."""
-    wants = angles_of(formulation)
-    scene = replace(ht.load_scene("sicm-kicked"), quantities=wants, **changes)
+    scene = replace(ht.load_scene("sicm-kicked"), quantities=angles_of(formulation), **changes)
     half = {"time": scene.time / 2, "samples": scene.samples // 2 + 1}
     one, part, few = (
         ht.propagate(replace(scene, **asked), formulation=formulation, projected=projected)

@@ -190,8 +190,7 @@ def exact_row(reference, t):
 def axis():
     """The reference of a start whose axis has length 1 exactly: nothing is rounded in it."""
     start = ht.State("pi/2", phidot="0.25", psidot=2)
-    scene = ht.Scene(ht.Top(A=1, C="0.5", gMR=1), start, periods=1)
-    return own("taylor-axis", scene).reference
+    return own("taylor-axis", ht.Scene(ht.Top(A=1, C="0.5", gMR=1), start, periods=1)).reference
 
 
 @pytest.mark.parametrize("ahead", [0.0, 1e-9, -3e-12])
