@@ -73,7 +73,7 @@ class _Unexpected(Exception):
 
 
 def read(text: str, units: Collection[str] = UNITS) -> Exact:
-    """Read the number `text`, with an optional trailing unit out of `units`.
+    """Read the number `text`, with an optional trailing unit out of `units`: that of its last term.
 
     Angles come out in radians, rates in radians per second; what is not a number of the grammar, or
     is larger than it allows, raises `NotANumber`.
@@ -87,7 +87,8 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
     if unit and unit not in units:
         allowed = f"a unit here is {' or '.join(units)}" if units else "a number here has no unit"
         raise NotANumber(f"{allowed}, not {unit}")
-    tokens = ["", *reversed(_TOKEN.findall(body.removesuffix(unit)))]
+    last = [f" {unit}"] if unit else []
+    tokens = ["", *last, *reversed(_TOKEN.findall(body.removesuffix(unit)))]
     try:
         value = _expression(tokens)
         if tokens[-1]:
@@ -96,18 +97,23 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
         raise NotANumber(_refusal(str(wrong), units)) from None
     except InvalidOperation:  # a decimal exponent of twenty digits
         raise out_of_range() from None
-    return _within_limits(value * UNITS[unit]) if unit else value
+    return value
 
 
 def of_one_unit(low: str, high: str) -> tuple[str, str]:
     """The ends of a range: one without a unit has that of the other.
 
-    >>> of_one_unit("30", "60 rpm"), of_one_unit("1 rad", "90 deg")
-    (('30 rpm', '60 rpm'), ('1 rad', '90 deg'))
+    >>> of_one_unit("20 + 10", "60 rpm"), of_one_unit("1 rad", "90 deg")
+    (('(20 + 10) rpm', '60 rpm'), ('1 rad', '90 deg'))
     """
     low, high = (end.translate(_ASCII).strip() for end in (low, high))
     one, other = (found[0] if (found := _UNIT.search(end)) else "" for end in (low, high))
-    return low if one else f"{low} {other}".rstrip(), high if other else f"{high} {one}".rstrip()
+    return low if one else _times(low, other), high if other else _times(high, one)
+
+
+def _times(text: str, unit: str) -> str:
+    """A text without a unit and the unit behind it, which is that of its last term alone."""
+    return f"({text}) {unit}" if unit and {*text[1:]} & {*"+-"} else f"{text} {unit}".rstrip()
 
 
 def unit_hint(word: str, units: Collection[str]) -> str:
@@ -119,7 +125,7 @@ def unit_hint(word: str, units: Collection[str]) -> str:
 
 def _refusal(token: str, units: Collection[str]) -> str:
     """The message about a token that is out of place."""
-    if not token:
+    if token[:1] in ("", " "):
         return f"the expression ends too early: {RULE}"
     known = f"a unit: {', '.join(units)}" if units else "no unit here"
     meant = f" ({hint})" if (hint := unit_hint(token, units)) else ""
@@ -145,11 +151,10 @@ def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
         value = Exact.of(Decimal(token))
     else:
         raise _Unexpected(token)
-    if tokens[-1] == "deg":  # within an expression, as in cos(30 deg)
-        value = value * UNITS[tokens.pop()]
     while (mark := tokens[-1]) in _OPERATORS and _OPERATORS[mark][0] >= loosest:
         _, tighter, applied = _OPERATORS[tokens.pop()]
-        value = _within_limits(applied(value, _expression(tokens, tighter, depth + 1)))
+        operand = UNITS.get(mark.lstrip()) or _expression(tokens, tighter, depth + 1)
+        value = _within_limits(applied(value, operand))
     return value
 
 
@@ -168,6 +173,8 @@ _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] =
     "-": (1, 2, operator.sub),
     "*": (2, 3, operator.mul),
     "/": (2, 3, operator.truediv),
+    "deg": (2, 3, operator.mul),  # within an expression, as in cos(30 deg)
+    **{f" {unit}": (2, 3, operator.mul) for unit in UNITS},  # behind it
     "^": (4, 3, _power),  # to the right first, as in Python
     "**": (4, 3, _power),
 }
@@ -212,7 +219,7 @@ def written(x: Exact) -> str:
         base, exponent = x.args
         if exponent == Fraction(1, 2):
             return f"sqrt({written(base)})"
-        text = f"({written(base)})" if base.op in ("+", "*") else written(base)
+        text = f"({written(base)})" if base.op in ("+", "*", "^") else written(base)
         return f"{text}^{exponent}" if exponent.denominator == 1 else f"{text}^({exponent})"
     return f"{x.op}({written(x.args[0])})" if x.args else x.op
 
