@@ -87,8 +87,8 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
     if unit and unit not in units:
         allowed = f"a unit here is {' or '.join(units)}" if units else "a number here has no unit"
         raise NotANumber(f"{allowed}, not {unit}")
-    last = [f" {unit}"] if unit else []
-    tokens = ["", *last, *reversed(_TOKEN.findall(body.removesuffix(unit)))]
+    texts = [*_TOKEN.findall(body.removesuffix(unit)), *filter(None, [unit])]
+    tokens = ["", *(f" {each}" if each == unit else each for each in reversed(texts))]
     try:
         value = _expression(tokens)
         if tokens[-1]:
@@ -174,7 +174,7 @@ _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] =
     "*": (2, 3, operator.mul),
     "/": (2, 3, operator.truediv),
     "deg": (2, 3, operator.mul),  # within an expression, as in cos(30 deg)
-    **{f" {unit}": (2, 3, operator.mul) for unit in UNITS},  # behind it
+    **{f" {unit}": (2, 3, operator.mul) for unit in UNITS},  # that in which it ends
     "^": (4, 3, _power),  # to the right first, as in Python
     "**": (4, 3, _power),
 }
