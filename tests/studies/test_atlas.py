@@ -116,6 +116,7 @@ TILTED = ht.load_scene("sicm-kicked", ["start.theta=1.2"])
 PLANES = {
     "kicks and spins": plane("phidot=-20:20:9", "psidot=-150:150:9"),
     "tilts and spins": plane("theta=0.01:3.1:9", "omega3=1:200:9"),
+    "falling": plane("phidot=-9:9:9", "psidot=-150:-9:9", KICKED.changed("start.thetadot", 0.05)),
     "sideways": plane("phidot=-20:20:9", "thetadot=-10:10:9"),
     "asleep": plane("psidot=1:400:9", "A=1e-4:1e-3:9:log", ht.load_scene("sleeping")),
     "momenta": plane("p_phi=-0.02:0.02:9", "p_psi=-0.02:0.02:9", TILTED),
@@ -140,8 +141,7 @@ def both_sides(where, curve):
     scale = np.array([np.ptp(where.x.values), np.ptp(where.y.values)])
     wide = np.clip(np.arange(x.size) + np.array([[-5], [5]]), 0, x.size - 1)  # neighbours may touch
     dx, dy = np.diff(x[wide], axis=0)[0] / scale[0], np.diff(y[wide], axis=0)[0] / scale[1]
-    size = np.hypot(dx, dy)
-    across = np.stack((-dy / size * scale[0], dx / size * scale[1]))
+    across = np.stack((-dy * scale[0], dx * scale[1])) / np.hypot(dx, dy)
     found = [classify_many(**where.at(x + s * across[0], y + s * across[1])) for s in (step, -step)]
     asleep, of = curve.name == "sleeping", found[0]
     codes = [each.detail if asleep else each.kind for each in found]

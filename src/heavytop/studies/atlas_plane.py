@@ -261,9 +261,10 @@ class Terms(NamedTuple):
         return np.asarray(self.one + self.other)
 
 
-def boundaries(tops: Mapping[str, Any]) -> dict[str, Terms]:
+def boundaries(tops: Mapping[str, Any], let_go: bool) -> dict[str, Terms]:
     """By the name of a boundary, the function whose zeros it is, at some tops and starts.
 
+    What is let go everywhere has no φ̇; a few points of another plane may have none either.
     Where p_φ = p_ψ is itself a curve, the separatrix is the point of it at which E' = gMR.
     """
     wide = np.broadcast_arrays(*(np.asarray(each, np.float64) for each in tops.values()))
@@ -282,7 +283,7 @@ def boundaries(tops: Mapping[str, Any]) -> dict[str, Terms]:
     possible &= (theta >= 0) & (theta <= pi)
     inside = abs(p_phi) < abs(p_psi)  # gMR p_ψ cosθ is on both sides of E' p_ψ = gMR p_φ
     cusp = (kinetic * p_psi, -gMR * across)
-    if not np.any(across):  # let go without φ̇: what is squared in E′ touches zero
+    if let_go:  # what is squared in E′ touches zero
         cusp = (thetadot, none)
     equal = np.all(abs(p_minus) <= PLANE_ROUNDING * (abs(p_psi) + abs(p_phi)))
     falls = kinetic + gMR * u > -gMR  # it has the energy to get to θ = π
@@ -369,7 +370,7 @@ def _sharp(plane: Plane, name: str, places: Array) -> Array:
 
 
 def _boundaries_at(plane: Plane, places: Array) -> dict[str, Terms]:
-    return boundaries(plane.at(*_values(plane, places)))
+    return boundaries(plane.at(*_values(plane, places)), plane.held.get("phidot") == 0)
 
 
 def _piece(plane: Plane, name: str, places: Array) -> Row:
