@@ -138,12 +138,14 @@ class Refined:
         """Whether a ball has the digits of a quantity."""
         if not x.is_finite():
             return False
-        zero = ctx.prec >= MOST_SIGN_BITS or (what != "nearest" and self._on_pole)
-        if what in RELATIVE and not (x.contains(0) and zero):
+        if what in RELATIVE and not (x.contains(0) and self._may_vanish(what)):
             return bool(x.rad() <= abs(x.mid()) * arb(10) ** -digits)
         slow = self.rate if what in RATES and 0 < self.rate < 1 else 1.0
         # 2⁻ⁿ max(1, |x|) is an upper bound of the radius for this number n
         return bool((x / slow).rel_one_accuracy_bits() * LOG10_2 >= digits)
+
+    def _may_vanish(self, what: str) -> bool:
+        return ctx.prec >= MOST_SIGN_BITS or (what != "nearest" and self._on_pole)
 
     @cached_property
     def _on_pole(self) -> bool:
