@@ -270,9 +270,8 @@ def validate(
     place = None if scripts is None else str(arguments.path_of("scripts", scripts).resolve())
     every = load_claims(place)
     known = {name: name for each in every.values() for name in (each.id, each.script)}
-    whole = arguments.Range(1, math.inf, whole=True)
     arguments.expect("proofs", proofs, bool)
-    _, wrong = arguments.parse_options(KIND, {"jobs": jobs}, {"jobs": whole})
+    _, wrong = arguments.parse_options(KIND, {"jobs": jobs}, {"jobs": arguments.JOBS})
     asked, faults = arguments.parse_names(KIND, "names", names, arguments.one_of(known))
     refuse(wrong, faults * (names not in ((), [])))
 

@@ -308,9 +308,9 @@ class StoppedEarly(HeavyTopError):
     why : str
         The same for a person, with what it was about.
     folder : Path or None
-        Where the part that was done is kept,
+        Where the part that was done is kept.
     goes_on : bool
-        ready to be taken up again.
+        Whether `heavytop.resume` goes on there.
     """
 
     outcome: Stop
@@ -335,9 +335,9 @@ class StoppedEarly(HeavyTopError):
         path : Path
             The file that was to be written.
         folder : Path or None
-            Where the part that was done is kept, if it has not gone,
+            Where the part that was done is kept, if it has not gone.
         goes_on : bool
-            ready to be taken up again.
+            Whether `heavytop.resume` goes on there.
 
         Examples
         --------

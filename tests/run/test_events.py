@@ -96,8 +96,7 @@ def test_an_event_that_is_none_is_not_found():
     known = {p.name: reals("1", 128)[()] for p in form.parameters} | {"g": reals("0", 128)[()]}
     rows = reals(np.array([["0", "-0.6", "0.8", "0", "0"]]), 128)
     t = reals(np.array(["0.5"]), 128)
-    small = reals("1e-30", 128)[()]
-    _, found = newton_step(form, "reversal", Seen(t, 0 * t, rows), known, small)
+    _, found = newton_step(form, "reversal", Seen(t, 0 * t, rows), known, reals("1e-30", 128)[()])
     assert found.tolist() == [False]
 
 

@@ -61,8 +61,7 @@ def assert_turns_of_lagrange(seed):
         if form == "axis" and ht.Motion(top, start).kind == "planar-pendulum":
             continue
         found = run(wanted, formulation=form)
-        aside = np.sin(found.theta) > 1e-2
-        off(found, counted, aside, 1e-2)
+        off(found, counted, (np.sin(found.theta) > 1e-2), 1e-2)
 
 
 THOUSAND = [pytest.param(range(k, k + 100), marks=pytest.mark.slow) for k in range(0, 1000, 100)]

@@ -33,7 +33,7 @@ RELATIVE: Final = (
 )  # fmt: skip
 """Whose digits count from the first one that is not 0; others' from max(1, |x|).
 
-Of what no `MOST_SIGN_BITS` separate from 0 there is no such digit.
+What `MOST_SIGN_BITS` bits do not separate from 0 has no such digit, and counts as the others do.
 
 Those of rates in a motion slower than 1 rad/s count from its fastest rate.
 """
@@ -145,6 +145,7 @@ class Refined:
         return bool((x / slow).rel_one_accuracy_bits() * LOG10_2 >= digits)
 
     def _may_vanish(self, what: str) -> bool:
+        """Whether a ball that holds 0 may be 0, so that no bits find its first digit."""
         return ctx.prec >= MOST_SIGN_BITS or (what != "nearest" and self._on_pole)
 
     @cached_property

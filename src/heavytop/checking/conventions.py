@@ -24,7 +24,6 @@ BETTER_BY: Final = 0.5  # decades, by which another number has to explain more
 QUARTER: Final = np.pi / 2
 IDENTITY: Final = np.eye(3)
 OMEGAS: Final = ("omega", "omega_body")
-CLOCKS: Final = {"time-scale", *(x.convention for x in HEADER_UNITS if x.kind == "time")} - {""}
 IN_BODY: Final = {"matrix", "omega_body", "vertical"}
 
 
@@ -53,6 +52,7 @@ class Convention(NamedTuple):
     about: Literal["description", "origin", "physics", "number"] = "description"
     cost: float = 1.0  # above 1 where it stands back behind others that do the same
     rare: bool = False  # not tried in pairs, but on top of the best
+    clock: bool = False  # the times are others
 
     @property
     def doubtful(self) -> bool:
@@ -67,7 +67,7 @@ class Convention(NamedTuple):
     @property
     def whole(self) -> bool:
         """Whether everything changes: the motion or the times."""
-        return self.physics or self.name in CLOCKS
+        return self.physics or self.clock
 
 
 # --- values, one by one --------------------------------------------------------------------------
@@ -100,7 +100,8 @@ def _all(function: Callable[[Array], Any], *names: str) -> Change:
 def _of_units(kind: str, undo: Callable[[Unit], Undo]) -> Iterator[Convention]:
     """The conventions of the units that have one."""
     units = [unit for unit in HEADER_UNITS if unit.kind == kind and unit.convention]
-    return (Convention(unit.convention, unit.sentence, undo(unit)) for unit in units)
+    clock = kind == "time"
+    return (Convention(x.convention, x.sentence, undo(x), clock=clock) for x in units)
 
 
 def _in_unit_of_time(unit: Unit) -> Undo:
@@ -355,9 +356,9 @@ TABLE: Final = (
     Convention("time-origin", "the start of the scene is the first row, at t = {} s", _shift_times),
     *_of_units("time", _in_unit_of_time),
     Convention("time-scale", "the times have to be multiplied by {}", _scale_times(2, 0.5),
-               "origin"),
+               "origin", clock=True),
     Convention("time-scale", "the times need the factor {}", _scale_times(*SCALES), "origin", 1.5,
-               rare=True),
+               rare=True, clock=True),
     Convention("gravity-sign", "gravity has the other sign: gMR and −gMR are exchanged{}",
                _moments(lambda top: {"gMR": -float(top.gMR)}), "physics", 1.3),
     Convention("spin-held", "the spin: {}", _hold_other_spin, "physics"),

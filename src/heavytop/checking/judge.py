@@ -26,7 +26,7 @@ from heavytop.scene.top import Top
 
 CHARTED: Final = 1000  # times of the curves in the document and in charts
 ALONE: Final = 10.0  # times as far off as all else
-ROUNDING: Final = 1e-13
+RATE_ROUNDING: Final = 1e-13  # of a rate, beside its largest
 START_NUMBERS: Final = (*ANGLES, *RATES, "omega3")
 UPRIGHT_SINE: Final = 1e-6  # sin θ below which φ and ψ are not told apart
 
@@ -274,7 +274,7 @@ def _off_alone(largest: Mapping[str, float]) -> str:
     if name in POSITIONS:
         return ""
     off = largest[name]
-    if off < ALONE * max([ROUNDING, *(x for other, x in largest.items() if other != name)]):
+    if off < ALONE * max([RATE_ROUNDING, *(x for other, x in largest.items() if other != name)]):
         return ""
     return f"{name} is off by {off:.2g} of its largest, all else by less"
 

@@ -28,7 +28,7 @@ Headers = dict[str, list[tuple[str, Unit | None]]]
 LEAST_ROWS: Final = 5
 RUN_FILE: Final = "trajectory.nc"  # in the folder of a run
 ROWS_LISTED: Final = 5
-MOST_LISTED: Final = 20  # columns
+COLUMNS_LISTED: Final = 20
 LARGEST_VALUE: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
 LENGTHS: Final = {"axis": 1.0, "quaternion": 1.0, "vertical": 1.0, "matrix": np.sqrt(3)}
 LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
@@ -215,7 +215,7 @@ def _usable_rows(
     rows = np.flatnonzero(kept)
     if faults:
         return rows
-    there = f"there are {', '.join([*table][:MOST_LISTED]) or 'no columns'}"
+    there = f"there are {', '.join([*table][:COLUMNS_LISTED]) or 'no columns'}"
     if rows.size < LEAST_ROWS:
         rule = f"a column t of at least {LEAST_ROWS} times is needed"
         faults.append(f"{rule} ({rows.size} found); {there}")

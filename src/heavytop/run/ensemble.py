@@ -25,13 +25,13 @@ from heavytop.integration.batch import Journey, Lane, Zeros
 from heavytop.integration.outputs import Sample, sample
 from heavytop.run.ensemble_events import Expected, counted, pole_momenta, tallied
 from heavytop.run.estimates import DOUBLE_DIGITS
+from heavytop.scene import arguments
 from heavytop.scene.arguments import gathering, one_of, parse_names, parse_options, whole
 
 Arrays = Mapping[str, Array]
 
 ENSEMBLE_NAME = "propagate_many"
 OUTCOMES = (Outcome.FINISHED, Outcome.SINGULAR, Outcome.STEP_LIMIT)  # by the codes of `Lane`
-MOST_JOBS = 1024
 MOST_STEPS = 10_000_000  # some ten seconds: then a top is given up
 _SYMBOLS = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
 
@@ -274,7 +274,9 @@ def propagate_many(
     }  # fmt: skip
     with gathering() as attempt:
         digits = attempt(whole, "digits", digits, 1, DOUBLE_DIGITS)
-        jobs = None if jobs is None else attempt(whole, "jobs", jobs, 1, MOST_JOBS)
+        jobs = (
+            None if jobs is None else attempt(arguments.read_argument, "jobs", jobs, arguments.JOBS)
+        )
         asked = attempt(_asked, formulation, events)
         given = attempt(with_spin, given, psidot, omega3)
     (form, sought), columns = asked, InputArrays(given)

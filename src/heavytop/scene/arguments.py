@@ -224,6 +224,7 @@ def a(kind: type) -> Reader:
     return only(lambda value: value, lambda value: isinstance(value, kind), _a(kind))
 
 
+JOBS: Final = Range(1, 1024, whole=True)  # processes, or threads
 positive = partial(only, fits=lambda x: x.sign() == 1, rule="must be greater than 0")
 not_negative = partial(only, fits=lambda x: x.sign() != -1, rule="must not be negative")
 not_zero = partial(only, fits=Exact.sign, rule="not 0: a span has a length")

@@ -33,7 +33,7 @@ from heavytop.doctor import usable_cpus, versions
 from heavytop.errors import Fault, ForeignFile, refuse
 from heavytop.results.atlas import Atlas
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Range
+from heavytop.scene.arguments import JOBS
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene, expect_scene, scene_of
 from heavytop.studies.atlas_plane import ROLES, Axis, Plane, curves
@@ -335,7 +335,7 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
 
 _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "x": Axis.of, "y": Axis.of, "only": arguments.one_of({"kind": "kind"}),
-    "jobs": Range(1, 1024, whole=True),
+    "jobs": JOBS,
 }  # fmt: skip
 
 

@@ -37,7 +37,7 @@ from heavytop.run.estimates import DOUBLE_DIGITS
 from heavytop.run.planning import plan
 from heavytop.run.propagation import propagate
 from heavytop.run.trajectory import Trajectory
-from heavytop.scene.arguments import whole
+from heavytop.scene.arguments import JOBS, read_argument
 from heavytop.scene.quantities import Need, need_of
 from heavytop.scene.scene import Scene
 from heavytop.studies.journal import Chunk, Journal, Parameters
@@ -117,7 +117,7 @@ def certify(
     and defects.
     """
     check_how(progress, executor)
-    jobs = whole("jobs", jobs, 1, 1024)
+    jobs = read_argument("jobs", jobs, JOBS)
     parameters = certificate_parameters(run_in_doubles(run) if isinstance(run, Scene) else run)
     with Journal.open(folder, parameters) as journal:
         return complete(journal, jobs=jobs, executor=executor, on_progress=progress)

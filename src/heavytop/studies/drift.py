@@ -26,7 +26,7 @@ from heavytop.exact.decimals import DOUBLE
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.drift import DRIFT_FIELDS, SERIES, Drift, growth, task_name
 from heavytop.run.plan import closed_form_of
-from heavytop.scene.arguments import Range
+from heavytop.scene.arguments import JOBS, Range
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
@@ -47,7 +47,7 @@ DRIFT_OPTIONS: Final = {
     "ensemble": Range(1, 10_000, whole=True),
     "samples": Range(2, 10_000, whole=True),
     "seed": Range(0, 2**63 - 1, whole=True),
-    "jobs": Range(1, 1024, whole=True),
+    "jobs": JOBS,
 }
 CHUNK_S: Final = 0.5  # of integration between two checkpoints
 LIMIT_S: Final = 60.0  # of a chunk of one's own method: a step that takes longer never returns

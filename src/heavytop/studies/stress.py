@@ -17,7 +17,7 @@ from heavytop.comparison import own
 from heavytop.doctor import versions
 from heavytop.results.stress import NO_RUN, Stress, StressCases, StressOutcome
 from heavytop.results.table import Row
-from heavytop.scene.arguments import Range, one_of, parse_names, parse_options
+from heavytop.scene.arguments import JOBS, Range, one_of, parse_names, parse_options
 from heavytop.scene.scene import Scene
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
 from heavytop.studies.methods import parameters_of, read_methods, stress_method, stress_methods
@@ -34,7 +34,7 @@ MOST_STRESS_STEPS: Final = 2_000_000
 STRESS_LIMITS: Final = {
     "budget": Range(0, 1e6),
     "time_limit": Range(0.01, 1e5),
-    "jobs": Range(1, 1024, whole=True),
+    "jobs": JOBS,
 }
 
 # --- the study -------------------------------------------------------------------------------

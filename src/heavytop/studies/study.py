@@ -34,7 +34,7 @@ from heavytop.doctor import versions
 from heavytop.errors import ForeignFile
 from heavytop.results.base import Result
 from heavytop.results.registry import RESULTS
-from heavytop.scene.arguments import path_of, whole
+from heavytop.scene.arguments import JOBS, path_of, read_argument
 from heavytop.studies.journal import STUDY, Chunk, Journal, Parameters, differences
 from heavytop.studies.workers import (
     TIMED_WORKER,
@@ -222,7 +222,7 @@ def resume(
     True
     """
     check_how(progress, executor)
-    path, jobs = path_of("folder", folder), whole("jobs", jobs, 1, 1024)
+    path, jobs = path_of("folder", folder), read_argument("jobs", jobs, JOBS)
     parameters = _with_own_versions(Journal.read(path).parameters)
     if methods:
         from heavytop.studies.methods import read_methods

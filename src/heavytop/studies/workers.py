@@ -30,7 +30,7 @@ from heavytop.scene.arguments import check_callable, expect
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
 SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
 GRACE_S: Final = 0.5  # after Ctrl-C, for what is done to be written down
-PATIENCE_S: Final = 5.0  # with a worker that has nothing to do any more, until it ends
+CLOSING_S: Final = 5.0  # with a worker that has nothing to do any more, until it ends
 TIMEOUT_S: Final = 10.0  # until a scheduler answers, and until there is a worker
 
 T = TypeVar("T")
@@ -82,7 +82,7 @@ class Processes(ProcessPoolExecutor):
         """The workers that were started."""
         return list((self._processes or {}).values())
 
-    def close(self, patience_s: float = PATIENCE_S) -> None:
+    def close(self, patience_s: float = CLOSING_S) -> None:
         """Let the workers end, and kill those that do not, as for a thread of somebody's own."""
         processes = self.processes
         self.shutdown(wait=False)
