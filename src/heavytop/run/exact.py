@@ -13,7 +13,9 @@ import numpy as np
 from heavytop.analytic.form import Record
 from heavytop.analytic.motion import MOST_DIGITS, Motion
 from heavytop.exact.decimals import context
+from heavytop.files import write_text
 from heavytop.run.plan import Plan, exact_span, span
+from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import QUANTITIES, Need, need_of, values_of
 from heavytop.scene.scene import Scene
 
@@ -81,12 +83,12 @@ class Run:
         return frame(self.to_xarray(), "event" if events else "t")
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the trajectory to a netCDF file, whole or not at all.
+        """Write the trajectory to a netCDF file, or its samples to one that ends in ``.csv``.
 
         Parameters
         ----------
         path : path
-            The file; one that is there is replaced.
+            The file, written whole or not at all; one that is there is replaced.
 
         Raises
         ------
@@ -95,7 +97,11 @@ class Run:
         """
         from heavytop.run.trajectory_file import write
 
-        write(self, path)
+        place = path_of("path", path)
+        if place.suffix.lower() == ".csv":
+            write_text(place, self.to_pandas().to_csv())
+        else:
+            write(self, place)
 
 
 @dataclass(frozen=True, eq=False)
