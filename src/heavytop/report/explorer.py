@@ -24,6 +24,7 @@ from heavytop.plots.sphere import PUSH, STILL_KINDS
 from heavytop.plots.style import KIND_STYLES
 from heavytop.report.page import rendered
 from heavytop.report.player import BLURRED, FRAMES, LONGEST_S, tops
+from heavytop.results.classification import POLAR
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import QUANTITIES, RATES, SI, UNIT_OF, showing
 from heavytop.scene.scene import Scene, expect_scene, load_scene
@@ -138,7 +139,7 @@ def _data(scene: Scene) -> dict[str, Any]:
         "quantities": {name: {"symbol": QUANTITIES[name].symbol, "unit": QUANTITIES[name].unit}
                        for name in NUMBERED},
         "limits": INPUT_LIMITS, "units": BOXES, "still": STILL_KINDS, "push": PUSH,
-        "frames": FRAMES,
+        "polar": POLAR, "frames": FRAMES,
         "turn": SHOWN_SPIN * LONGEST_S, "periods": PERIODS, "blurred": BLURRED,
     }  # fmt: skip
 

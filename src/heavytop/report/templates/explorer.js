@@ -196,7 +196,7 @@
       period = null;
     }
     if (verdict.kind === "uniform-precession") [ends, period] = [[top.theta, top.theta], null];
-    const rate = creeping ? null : precession(top, period);
+    const rate = creeping || DATA.polar.includes(verdict.kind) ? null : precession(top, period);
     const end = span(top, verdict.kind, period);
     const times = Array.from({ length: DATA.frames }, (_, k) => (end * k) / (DATA.frames - 1));
     const found = heavytop.motion(top, times);

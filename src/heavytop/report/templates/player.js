@@ -226,7 +226,7 @@
     };
     const time = () => (run.end * frame()) / (run.count - 1);
     const tell = () => {
-      const theta = Math.acos(clamp(run.axes[frame()][2], -1, 1));
+      const [x, y, z] = run.axes[frame()], theta = Math.atan2(Math.hypot(x, y), z);
       const near = run.events.find((event) =>
         Math.abs(event.t - time()) < 1.5 * Math.abs(run.end) / (run.count - 1) && marks[event.kind]);
       const inUnit = (value, digits, [unit, size]) => `${(value * size).toFixed(digits)} ${unit}`;

@@ -106,15 +106,17 @@ const heavytop = (() => {
   };
 
   // The ends of the nutation as tilts, and its period; none where nothing nutates, on a separatrix.
-  // With w = 1 − cos θ seen from the pole where the potential is highest, ẇ² = f(w) is a cubic with
+  // With w = 1 − cos θ seen from the pole where the weight is highest, ẇ² = f(w) is a cubic with
   // roots w₃ ≤ 0 ≤ w₂ ≤ w₁. No digits are lost beside that pole: f is made of what is small there,
-  // and of the other two roots, whose product is known, none is a difference.
+  // and of the other two roots, whose product is known, none is a difference. What stays low is seen
+  // from the other pole, for the same reason; there w₃ ≥ 2.
   const reach = (top) => {
-    const x = given(top), up = x.gMR >= 0;
+    const x = given(top), low = x.kinetic + 2 * x.gMR * x.cos < -Math.abs(x.gMR);
+    const up = (x.gMR >= 0) !== low;
     const start = up ? x.below : x.above;
     const pass = sum(up ? "PASS_TOP" : "PASS_BOTTOM", x) / x.A;
-    const over = sum(up ? "OVER_TOP" : "OVER_BOTTOM", x) / x.A; // 2 (E′ − |gMR|)/A
-    const [pull, spin] = [(2 * Math.abs(x.gMR)) / x.A, (up ? x.pPsi : -x.pPsi) / x.A];
+    const over = sum(up ? "OVER_TOP" : "OVER_BOTTOM", x) / x.A; // 2 (E′ ∓ gMR)/A
+    const [pull, spin] = [2 * x.gMR, x.pPsi].map((each) => (up ? each : -each) / x.A);
     const P = start * pass; // (p_φ ∓ p_ψ)/A
     const f = (w) => (over + pull * w) * w * (2 - w) - (P + spin * w) ** 2;
     const linear = 2 * over - 2 * P * spin;
