@@ -81,7 +81,7 @@ def test_a_film_has_its_frames_and_the_same_bytes_again(tmp_path, form):
     assert done[:8] == [k / 8 for k in range(1, 9)]
 
 
-@pytest.mark.parametrize("name", ["sleeping", "sicm-kicked"])
+@pytest.mark.parametrize("name", ["sleeping", "sicm-kicked", "inverted-gravity"])
 def test_a_gif_has_the_colours_of_its_frames(tmp_path, name):
     """Also those of the orange quarter, which has few pixels, and is not always in sight."""
     scene, size = ht.load_scene(name), (400, 300)
@@ -100,6 +100,7 @@ def test_a_film_shows_one_round_or_a_time_at_the_speed_that_is_asked():
     assert shot(changes=["span.time=-2"]).record.t[-1] < 0
     shots = shot(speed=0.1), shot(time=30.0)
     assert [each.record.t[-1] for each in shots] == pytest.approx([1.0, 30.0])
+    assert "\n".join(shot(rounds=300).titles).count(" is too fast to be") == 2
     assert shot(size=(96, 64)).titles[0] == "SICM 2.10, kick…"
 
 

@@ -123,6 +123,8 @@ class DrawnRun:
 
 SHOWN_SPIN: Final = 9.0  # rad of spin in a second of film: slow enough to be followed
 PERIODS: Final = 12  # nutations shown, at most, unless more are asked for
+BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not visible as a turning
+FEWEST: Final = 16  # points of a path in a nutation, or in a round: of fewer it is another path
 
 
 class Clip(NamedTuple):
@@ -178,6 +180,16 @@ class Clip(NamedTuple):
         if time is None:
             time = speed * seconds if speed else _usual(motion, abs(end), seconds)
         return cls(motion, pushed is not None, math.copysign(time or 1.0, end), seconds)
+
+    def blurred(self, frames: int, points: int) -> list[str]:
+        """What so many frames, and points of the path, cannot show as it is."""
+        motion, time = self.motion, abs(self.end)
+        shortest = min(filter(None, (motion.period, motion.round)), default=math.inf)
+        fast = {
+            "the spin": time * abs(motion.mean_angle_rates[1]) > BLURRED * frames,
+            "the path": time * FEWEST > points * shortest,
+        }
+        return [f"{what} is too fast to be shown as it is" for what, blurs in fast.items() if blurs]
 
 
 def _usual(motion: Motion, most: float, seconds: float) -> float:

@@ -146,7 +146,7 @@ def film(
     if form != ".mp4" and count * width * height > MOST_PIXELS:  # all frames are held
         rule = f"{count} frames are too many of this size: as an MP4, or smaller or shorter"
         raise BadScene((Fault("film", None, "size", f"{width}x{height}", rule),))
-    shot = Shot(scene, clip, (width, height), follow)
+    shot = Shot(scene, clip, (width, height), follow, count)
 
     def frames() -> Iterator[Image.Image]:
         stage = shot.stage()
@@ -177,12 +177,20 @@ class Shot:
         The angular momentum over its largest size; from body to space.
     rims : numpy.ndarray, shape (rims, sectors, 3)
         The body, in its own frame.
+    blurred : list of str
+        What so many frames cannot show.
     """
 
     def __init__(
-        self, scene: Scene, clip: Clip, size: tuple[int, int], follow: bool = False
+        self,
+        scene: Scene,
+        clip: Clip,
+        size: tuple[int, int],
+        follow: bool = False,
+        count: int = PATH_POINTS,
     ) -> None:
         self.scene, self.clip, self.size, self.follow = scene, clip, size, follow
+        self.blurred = clip.blurred(count, PATH_POINTS)
         self.record: Any = clip.motion.at(np.linspace(0.0, clip.end, PATH_POINTS))
         self.momentum = momentum_path(scene.top, self.record)
         turned = Rotation.from_quat(self.record.quaternion, scalar_first=True)
@@ -196,11 +204,11 @@ class Shot:
 
     @property
     def titles(self) -> list[str]:
-        """What a picture says: the scene, how fast time passes, and whether the top was pushed."""
+        """What a picture says: the scene, how fast time passes, a push, what is not as it is."""
         fit = int(self.size[0] / (LETTER_WIDTH * self.font))
         title = literal(self.scene.title or self.scene.name, fit)
         pushed = [f"pushed at {PUSH:g} rad/s; untouched it stays as it is"] * self.clip.pushed
-        return [title, _pace(abs(self.clip.end) / self.clip.seconds), *pushed]
+        return [title, _pace(abs(self.clip.end) / self.clip.seconds), *pushed, *self.blurred]
 
     def at(self, done: float) -> int:
         """The number of the time at a fraction of the film."""
@@ -271,12 +279,13 @@ class Shot:
 def _pace(pace: float) -> str:
     """How fast time passes, in words.
 
-    >>> _pace(0.05), _pace(1.0), _pace(30)
-    ('slowed 20 times', 'as fast as it is', '30 times as fast as it is')
+    >>> _pace(0.05), _pace(1.0), _pace(257.5)
+    ('slowed 20 times', 'as fast as it is', '260 times as fast as it is')
     """
     if 0.95 < pace < 1.05:
         return "as fast as it is"
-    return f"slowed {1 / pace:.2g} times" if pace < 1 else f"{pace:.2g} times as fast as it is"
+    times = f"{float(f'{max(pace, 1 / pace):.2g}'):g} times"
+    return f"slowed {times}" if pace < 1 else f"{times} as fast as it is"
 
 
 def _rims(ratio: float, side: float) -> Array:
@@ -302,7 +311,8 @@ def _body(rims: Array, view: View) -> PolyCollection:
     beside = np.roll(rims, -1, axis=1)
     faces = np.stack((rims[:-1], beside[:-1], beside[1:], rims[1:]), axis=2).reshape(-1, 4, 3)
     normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
-    normal = normal / np.linalg.norm(normal, axis=1, keepdims=True) @ np.array(view[:3]).T
+    size = np.linalg.norm(normal, axis=1, keepdims=True)  # 0 where two rims are one
+    normal = normal / np.where(size > 0, size, 1.0) @ np.array(view[:3]).T
     flat, depth = view.project(faces)
     front = np.flatnonzero(normal[:, 2] > 0)
     order = front[np.argsort(depth[front].sum(axis=1), kind="stable")]

@@ -19,11 +19,11 @@ from heavytop.errors import Fault, NotANumber, refuse
 from heavytop.exact import Exact
 from heavytop.exact.parse import UNITS_OF
 from heavytop.files import write_text
-from heavytop.plots.drawn_run import PERIODS, SHOWN_SPIN
+from heavytop.plots.drawn_run import BLURRED, PERIODS, SHOWN_SPIN
 from heavytop.plots.sphere import PUSH, STILL_KINDS
 from heavytop.plots.style import KIND_STYLES
 from heavytop.report.page import rendered
-from heavytop.report.player import BLURRED, FRAMES, LONGEST_S, tops
+from heavytop.report.player import FRAMES, LONGEST_S, tops
 from heavytop.results.classification import POLAR
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import QUANTITIES, RATES, SI, UNIT_OF, showing

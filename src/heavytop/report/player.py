@@ -15,7 +15,6 @@ from heavytop.scene.quantities import QUANTITIES
 FRAMES: Final = 1001
 LONGEST_S: Final = 40.0  # that are played, as much spin as can be followed in these
 MOST_MARKS: Final = 200
-BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not visible as a turning
 
 
 def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:
@@ -51,8 +50,7 @@ def frames(
         part = QUANTITIES["t"].with_unit(abs(last), abs(end), between=" of ", form=".3g")
         notes.append(f"The first {part} are shown.")
     spin = float(record.psi[-1] - record.psi[0])
-    if abs(spin) > BLURRED * FRAMES:
-        notes.append("The spin is too fast to be shown as it is.")
+    notes += [f"{words.capitalize()}." for words in clip.blurred(FRAMES, FRAMES)]
     found = run.events
     events = [
         {"kind": str(kind), "t": float(t), "axis": axis.round(5).tolist()}

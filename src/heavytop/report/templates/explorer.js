@@ -401,7 +401,7 @@
     $("plane-legend").replaceChildren(...[...new Set([...kinds, ...drawn])].map((kind) => {
       const { label: name, colour } = DATA.kinds[kind];
       return areas.has(kind) ? label(name, colour) : label(`${name} (a line)`, colour, "3px");
-    }), label("p_ψ² = 4A gMR: from there out an upright top sleeps (dashed)", INK, "1px"));
+    }), label("p_ψ² = 4A |gMR|: from there out a top with its weight above sleeps (dashed)", INK, "1px"));
   };
   const sign = () => (state.held === "omega3" ? "ω₃" : "ψ̇₀");
   const drawPlane = () => {
@@ -470,7 +470,7 @@
   const asleep = ({ own, verdict: { detail } }) => { // why it sleeps, in numbers
     const [has, needs] = [own.C * own.omega3, limit(own)].map((p) => short(p * p, 5));
     const least = limit(own) / own.C, mark = { stable: ">", unstable: "<", marginal: "=" }[detail];
-    return `p_ψ² = ${has} ${mark} 4A ${own.gMR < 0 ? "|gMR|" : "gMR"} = ${needs} kg² m⁴/s²; it `
+    return `p_ψ² = ${has} ${mark} 4A |gMR| = ${needs} kg² m⁴/s²; it `
       + `stands from ω₃ = ${short(least)} rad/s = ${short(least / RPM, 5)} rpm on`;
   };
   const describe = () => {
@@ -501,8 +501,8 @@
       ["One round", still || !rate ? "–" : `${short(round)} s, ${short(rate)} rad/s on average`],
       [`One round, by the textbook's ${fast ? "2πA cos θ/p_ψ" : "2π p_ψ/gMR"}`, still || !rate
         || !pPsi || !own.gMR ? "–" : `${short(textbook)} s, off by `
-          + `${short(100 * (textbook / round - 1), 3)} %: it is for p_ψ² ≫ 4A gMR`],
-      ["p_ψ²/(4A gMR)", own.gMR ? short((pPsi / limit(own)) ** 2, 5) : "–"],
+          + `${short(100 * (textbook / round - 1), 3)} %: it is for p_ψ² ≫ 4A |gMR|`],
+      ["p_ψ²/(4A |gMR|)", own.gMR ? short((pPsi / limit(own)) ** 2, 5) : "–"],
       ["ψ̇ and ω₃ at the start", `${spins.join(" and ")} rad/s`],
       [`${Q.p_phi.symbol}, ${Q.p_psi.symbol}`, `${short(pPhi)}, ${short(pPsi)} ${Q.p_psi.unit}`],
       [Q.E_prime.symbol, `${short(energy)} ${Q.E_prime.unit}`],

@@ -322,8 +322,9 @@
         item.append(sample, each.label ?? each[1]);
         return item;
       }));
-      const pace = run.slow > 1.05 ? `slowed ${run.slow.toPrecision(2)} times`
-        : run.slow > 0.95 ? "as it is" : `${(1 / run.slow).toPrecision(2)} times as fast as it is`;
+      const by = `${Number(Math.max(run.slow, 1 / run.slow).toPrecision(2))} times`;
+      const pace = run.slow > 1.05 ? `slowed ${by}`
+        : run.slow > 0.95 ? "as it is" : `${by} as fast as it is`;
       root.querySelector("p").textContent = [`Time is ${pace}.`, ...run.notes].join(" ");
       side();
     };
