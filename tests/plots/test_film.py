@@ -100,8 +100,8 @@ def test_a_film_shows_one_round_or_a_time_at_the_speed_that_is_asked():
     assert shot(changes=["span.time=-2"]).record.t[-1] < 0
     shots = shot(speed=0.1), shot(time=30.0)
     assert [each.record.t[-1] for each in shots] == pytest.approx([1.0, 30.0])
-    assert "\n".join(shot(rounds=300).titles).count(" is too fast to be") == 2
-    assert shot(size=(96, 64)).titles[0] == "SICM 2.10, kick…"
+    title, _, *blurred = shot(size=(96, 64), rounds=300).titles
+    assert (title, len(blurred)) == ("SICM 2.10, kick…", 2)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])

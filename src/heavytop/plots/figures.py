@@ -21,7 +21,7 @@ from heavytop.classification import Kind
 from heavytop.errors import Impossible, NoClosedForm
 from heavytop.exact.pairs import Array
 from heavytop.plots import style
-from heavytop.plots.drawn_run import CURVE_POINTS, MOST_DRAWN_PERIODS, DrawnRun
+from heavytop.plots.drawn_run import CURVE_POINTS, MOST_DRAWN_PERIODS, UNSEEN, DrawnRun
 from heavytop.plots.sphere import PUSH, STEADY_TURN_S, View, axis_path, touched
 from heavytop.plots.style import line, once, titled
 from heavytop.results.run import FIGURES
@@ -243,7 +243,7 @@ def drawn_part(motion: Motion, V: Potential) -> tuple[tuple[float, float], float
     low, high, level = motion.theta_min, motion.theta_max, _energy(motion)
     if ends := V.separatrix:
         low, high, level = min(low, ends[0]), max(high, ends[1]), max(level, abs(V.g))
-    rests = high - low < CONSTANT
+    rests = high - low < UNSEEN  # V has no digits left between such tilts
     room = max(min(low, np.pi - high), 0.5) / 3 if rests else high - low
     theta = np.linspace(max(low - 2 * room, 0.0), min(high + 2 * room, np.pi), CURVE_POINTS)
     heights = V(theta)
