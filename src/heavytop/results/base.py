@@ -281,7 +281,7 @@ def error_text(name: str, size: float) -> str:
     return error_of(name).with_unit(size, form=".3g")
 
 
-def given(values: Mapping[str, Any]) -> str:
+def given(values: Mapping[str, Any], form: str = ".6g") -> str:
     """What a scene gives of a top or of its start, zeros left out.
 
     Examples
@@ -290,7 +290,7 @@ def given(values: Mapping[str, Any]) -> str:
     'θ = 0.1 rad, φ̇ = -15 rad/s, ω₃ = 30 rpm'
     """
     named = [(quantity_of(name), value) for name, value in values.items() if value not in (0, None)]
-    words = (f"{of.symbol} = {of.with_unit(value, form='.6g')}" for of, value in named)
+    words = (f"{of.symbol} = {of.with_unit(value, form=form)}" for of, value in named)
     return ", ".join(words) or "all zero"
 
 

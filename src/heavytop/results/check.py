@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Final, NamedTuple
 
 from heavytop.errors import Exit
-from heavytop.results.base import Result, error_text
+from heavytop.results.base import Result, error_text, given
 from heavytop.results.table import Fact
 from heavytop.scene.quantities import ANGLES
 from heavytop.text import harmless
@@ -124,16 +124,15 @@ class Check(Result):
         yield "verdict", self._verdict()
         yield "data", "{file}: {rows} rows from {span[0]:g} s to {span[1]:g} s".format(**self.data)
         yield "columns", self._columns_in_words()
-        start = (f"{name} = {x:.10g}" for name, x in self.scene["start"].items() if x)
-        yield "start", f"{ORIGINS[self.origin]}: {', '.join(start)}"
+        yield "start", f"{ORIGINS[self.origin]}: {given(self.scene['start'], '.10g')}"
         yield from (("assumed", harmless(text)) for text in self.assumed)
         for each in self.conventions:
             gain = "" if each.gain is None else f" (undoing it: misfit {each.gain:.1e} smaller)"
             yield "convention", f"{each.name}: {each.sentence}{gain}"
         for some in self.alternatives:
             yield "could be", f"{_names(some)}: {some.sentence}"
-        given = f" ({self.digits_as_given:.1f} as given)" if self.conventions else ""
-        yield "digits", f"{self.digits:.1f}{given}"
+        before = f" ({self.digits_as_given:.1f} as given)" if self.conventions else ""
+        yield "digits", f"{self.digits:.1f}{before}"
         for name in CHECKED_QUANTITIES:
             if size := self.errors[name]:
                 most, rms = error_text(name, size.max), error_text(name, size.rms)
