@@ -231,24 +231,28 @@
     [canvas.width, canvas.height] = [Math.round(width * fine), Math.round(height * fine)];
     const pen = canvas.getContext("2d");
     pen.setTransform(fine, 0, 0, fine, 0, 0);
-    const box = { left: 72, right: width - 12, top: 12, bottom: height - 44 };
+    Object.assign(pen, { font: "12px system-ui, sans-serif", fillStyle: SOFT, lineWidth: 1,
+      strokeStyle: GRID });
+    const marks = (v) => String(v).replace("-", "−"), wide = (v) => pen.measureText(marks(v)).width;
+    const sorted = (range) => [...range].sort((one, two) => one - two);
+    const levels = ticks(sorted(y), (height - 56) / 38);
+    const last = wide(Number(x[1].toPrecision(3))) / 2; // of a number at the edge
+    const box = { left: 26 + Math.max(46, ...levels.map(wide)), right: width - Math.max(12, last),
+      top: 12, bottom: height - 44 };
     const X = (v) => box.left + ((v - x[0]) / (x[1] - x[0])) * (box.right - box.left);
     const Y = (v) => box.bottom - ((v - y[0]) / (y[1] - y[0])) * (box.bottom - box.top);
     const write = (text, at, up, align, base = "middle") => {
       Object.assign(pen, { textAlign: align, textBaseline: base });
       pen.fillText(text, at, up);
     };
-    const middle = (box.left + box.right) / 2, marks = (v) => String(v).replace("-", "−");
-    const sorted = (range) => [...range].sort((one, two) => one - two);
-    Object.assign(pen, { font: "12px system-ui, sans-serif", fillStyle: SOFT, lineWidth: 1,
-      strokeStyle: GRID });
+    const middle = (box.left + box.right) / 2;
     pen.beginPath();
     for (const v of ticks(sorted(x), (box.right - box.left) / 70)) {
       pen.moveTo(X(v), box.top);
       pen.lineTo(X(v), box.bottom);
       write(marks(v), X(v), box.bottom + 6, "center", "top");
     }
-    for (const v of ticks(sorted(y), (box.bottom - box.top) / 38)) {
+    for (const v of levels) {
       pen.moveTo(box.left, Y(v));
       pen.lineTo(box.right, Y(v));
       write(marks(v), box.left - 6, Y(v), "right");
