@@ -111,8 +111,8 @@ def test_in_the_phase_plane_the_motion_is_on_its_curve_in_a_family(kicked):
     for theta, rate in (line.get_xydata()[: len(line.get_xdata()) // 2].T for line in loops):
         assert np.ptp(rate**2 / 2 + Potential(kicked.motion)(theta)) < 1e-6 * rate.max() ** 2
     assert (lines(ax, "start").get_xydata() == [kicked.theta[0], kicked.samples.thetadot[0]]).all()
-    tiny = ht.Motion(kicked.scene.top, ht.State(0, thetadot="1e-6", omega3=140))
-    assert np.ptp(drawn("phase", tiny).dataLim.intervalx) > 0.1
+    ax = drawn("phase", ht.Motion(kicked.scene.top, ht.State(0, thetadot="1e-6", omega3=140)))
+    assert np.ptp(ax.dataLim.intervalx) > 0.1
 
 
 def test_a_separatrix_is_drawn_where_there_is_one_and_can_be_the_motion_itself(kicked):

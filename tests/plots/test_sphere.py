@@ -9,12 +9,12 @@ from heavytop.plots.sphere import View
 
 @pytest.mark.parametrize("z", [0.9, 0.0, -0.9])
 def test_every_view_is_a_right_handed_frame_that_shows_its_path(z):
-    axis = np.array([[np.sqrt(1 - z * z), 0.0, z], [-np.sqrt(1 - z * z), 0.0, z]])
+    axis = np.array([[0.0, np.sqrt(1 - z * z), z], [0.0, -np.sqrt(1 - z * z), z]])
     view = View.of(axis)
     np.testing.assert_allclose(np.cross(view.right, view.up), view.towards, atol=1e-15)
     seen, depth = view.project(axis)
     np.testing.assert_allclose(np.hypot(*seen.T) ** 2 + depth**2, 1.0, atol=1e-15)
-    assert np.abs(seen).max() <= view.reach
+    assert np.abs(seen).max() <= view.reach < 2 * (abs(z) or np.ptp(seen[:, 0]))
 
 
 def test_what_runs_behind_the_sphere_is_paler():

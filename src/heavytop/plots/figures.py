@@ -131,8 +131,8 @@ def axis_on_sphere(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
 
     A path that keeps near the vertical is seen from straight above (or below), and the view
     closes in on it; any other from 25 degrees above or below the horizon, on the side where it
-    mostly is, and paler where it runs behind. The dot is the start. Of a top that rests, sleeps or
-    hangs the path is the one that it takes when it is touched.
+    mostly is (aside, where that sees it edge-on), and paler where it runs behind. The dot is the
+    start. Of a top that rests, sleeps or hangs the path is the one that it takes when touched.
     """
     path, colour, words = run.path.axis, style.PATH, ""
     if pushed := touched(run.motion):

@@ -18,6 +18,7 @@ from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 MUCH: Final = 0.3  # how far the mean of a path is off the centre before the view follows it
+NARROW: Final = 0.1  # how wide a path is, at most, that the view would see edge-on
 BEHIND: Final = 0.3  # opacity of what runs behind the sphere
 TOUCHED: Final = 0.6  # opacity of what a top does that was touched
 TINT: Final = 0.3  # of the colour of a kind, as the ground of a sphere
@@ -44,7 +45,9 @@ class View(NamedTuple):
         side = np.sign(axis[0, 2])
         if tilt < 0.7 and np.all(side * axis[:, 2] > 0):
             return cls.from_pole(1.0 if side > 0 else -1.0, max(1.15 * tilt, 1e-3))
-        return cls.from_horizon(axis.mean(axis=0))
+        view = cls.from_horizon(axis.mean(axis=0))
+        edge_on = np.ptp(view.project(axis)[0][:, 0]) < NARROW
+        return cls.from_horizon(axis.mean(axis=0), aside=1.0) if edge_on else view
 
     @classmethod
     def from_pole(cls, side: float, reach: float) -> View:
@@ -55,12 +58,15 @@ class View(NamedTuple):
         return cls(x, side * y, side * z, reach, next(steps, 30), words)
 
     @classmethod
-    def from_horizon(cls, mean: Array) -> View:
-        """From 25° above or below the horizon, on the side of the mean of a path, shape (3,)."""
+    def from_horizon(cls, mean: Array, aside: float = 0.0) -> View:
+        """From 25° above or below the horizon, on the side of the mean of a path, shape (3,).
+
+        Or `aside` of it, by so much [rad].
+        """
         x, y = mean[:2] if np.hypot(mean[0], mean[1]) > MUCH else (0.0, -1.0)
         lift = np.radians(-25.0 if mean[2] < -MUCH else 25.0)
         words = f"from 25° {'above' if lift > 0 else 'below'} the horizon"
-        return cls.from_side(float(np.arctan2(y, x)), float(lift), words)
+        return cls.from_side(float(np.arctan2(y, x)) + aside, float(lift), words)
 
     @classmethod
     def from_side(cls, azimuth: float, lift: float, words: str = "") -> View:

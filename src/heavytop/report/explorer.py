@@ -53,7 +53,7 @@ PLAIN_LIMITS: Final = {
     Kind.FORCE_FREE: "Without weight the axis circles a fixed direction at a constant rate.",
     Kind.SLEEPING: "The axis stands on the vertical, with its weight at the highest point.",
     Kind.HANGING: "The axis hangs along the vertical, with its weight at the lowest point.",
-    Kind.PLANAR_PENDULUM: "Without spin the top swings in one vertical plane, as a pendulum.",
+    Kind.PLANAR_PENDULUM: "Without spin the axis moves in one vertical plane, as a pendulum.",
     Kind.SEPARATRIX: "The axis creeps towards the vertical for ever and never arrives.",
     Kind.THROUGH_TOP: "In every nod the axis goes exactly through the upward vertical.",
     Kind.THROUGH_BOTTOM: "In every nod the axis goes exactly through the downward vertical.",

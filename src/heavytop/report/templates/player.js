@@ -216,8 +216,8 @@
       pen.fillStyle = MOMENTUM;
       pen.fill();
       const taken = [];
-      for (const { tilt, points, colour, name } of limits) {
-        label(points, `${name} ${degrees(tilt).toFixed(1)}°`, colour, -1, taken);
+      for (const { tilt, points, name } of limits) {
+        label(points, `${name} ${degrees(tilt).toFixed(1)}°`, INK, -1, taken);
       }
       for (const { tilt, points } of rings) {
         label(points, `${Math.round(degrees(tilt))}°`, "#6B7280", 1, taken);
