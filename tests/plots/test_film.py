@@ -99,8 +99,7 @@ def test_a_film_shows_one_round_or_a_time_at_the_speed_that_is_asked():
     assert shot(rounds=2).record.t[-1] == pytest.approx(2 * ht.Motion(SCENE.top, SCENE.start).round)
     assert shot(changes=["span.time=-2"]).record.t[-1] < 0
     assert [shot(speed=0.1).record.t[-1], shot(time=30.0).record.t[-1]] == pytest.approx([1, 30])
-    title, _, *blurred = shot(size=(96, 64), rounds=300).titles
-    assert (title, len(blurred)) == ("SICM 2.10, kick…", 2)
+    assert "".join(shot(size=(96, 64), rounds=300).titles[::3])[:24] == "SICM 2.10, kick…the path"
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
