@@ -42,7 +42,7 @@ def test_a_change_is_of_the_scene_or_of_a_top_without_a_start(tmp_path):
     (tmp_path / "top.toml").write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\ngMR = 0.05\n", "utf-8")
     refused(3, *mine, "--columns", "t=Uhr")
     words = ("--columns", "t=Zeit", "--set", "top.gMR=0.0456")
-    assert "fitted: theta = 0.1, " in printed(*mine[:3], tmp_path / "top.toml", *words)
+    assert "fitted: θ = 0.1 rad, " in printed(*mine[:3], tmp_path / "top.toml", *words)
 
 
 def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked(tmp_path):
