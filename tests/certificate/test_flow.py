@@ -85,13 +85,6 @@ def test_a_zero_where_two_pieces_meet_is_one_and_two_are_two(second, found):
     assert [float(zero) for zero in zeros(flow, "turning")] == found
 
 
-def test_a_start_at_a_pole_has_no_angles():
-    for form in ("axis", "attitude"):
-        _, flow = flow_of(run_of("sleeping", form))
-        with pytest.raises(TooCoarse, match="pole"):
-            flow.angles_near(np.zeros(1))
-
-
 def test_a_flow_that_is_wrong_does_not_close(monkeypatch):
     """Turned by a wrong angle, after a period nothing is where it was."""
     own, _ = flow_of(run_of("sicm-kicked"))

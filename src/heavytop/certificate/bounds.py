@@ -42,6 +42,7 @@ Solution = tuple[Array, Array]  # the solution, and how far it is off
 NEAR: Final = 1.3  # a bound so near the largest error found is not made better
 MOST_HALVINGS: Final = 24  # halvings of a step: less than 28, or `INTERVAL_EDGE` is too little
 SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
+NORMS_HOLD: Final = MARGIN / 10  # so near the exact motion a run has to be
 MOST_PARTS: Final = 200_000  # parts of steps at a time: more are not cut
 NEARER: Final = 1.05  # as `NEAR`, beside what no cut makes smaller,
 ROUNDING_SHARE: Final = 0.15  # and beside this share of what the outputs are rounded by
@@ -194,6 +195,8 @@ def bound(
     begun, ended = _at_both_ends(flow, steps)
     left = Points.at(flow, steps, k, np.zeros(k.size), begun)
     right = Points.at(flow, steps, k, steps.length, ended)
+    if not max(ends.size.max(initial=0.0) for ends in (left, right)) < NORMS_HOLD:
+        deepest = 0  # it is too far from the exact motion, wherever steps are cut
     found, proved = dict(floor), dict[str, float]()
     for depth in range(deepest + 1):
         cut = np.zeros(left.step.size, dtype=bool)
@@ -250,9 +253,6 @@ def _bounded(
     m = max(b.growth, 1e-3 * b.jacobian, 1e-9)
     N = between(left.size, right.size, width, m, D)
     plain, off = np.maximum(left.plain, right.plain), np.maximum(left.off, right.off)
-    if not (N.max(initial=0.0) < MARGIN / 10 and not np.isnan(N).any()):
-        nothing = np.zeros_like(N)  # is bounded: the run is too far from the exact motion
-        return dict.fromkeys(names, (nothing, np.full_like(N, np.inf), nothing))
     spare, outputs, found = 2 * N + plain + V * clock, OUTPUTS[flow.form.name], {}
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         room, rates = _room(flow, left, width, V, A, spare)
@@ -276,6 +276,7 @@ def _bounded(
                 rounding = rounding + THETA_ROUNDING * G * V * width / 2
             rounded = UP * (G * plain + rounding)
             total = UP * (np.fmin(sharp, G * N) + rounded + late)
+            total = np.where(N < NORMS_HOLD, total, np.inf)
             there = np.isfinite(own) & np.isfinite(G)
             stays = np.where(there, UP * (rounded + speed * clock), 0.0)
             found[name] = np.where(there, own, 0.0), total, stays

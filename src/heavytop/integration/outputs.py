@@ -170,11 +170,12 @@ def _turned(
     read, z = full["phi"], full["axis_z"]
     phi, beside = _azimuth_beside_poles(full, parameters)
     side = form.psi_side or np.where(z > 0, 1, -1)  # phi + side psi is right however phi is read
-    if near is not None:
-        phi = _nearest(phi, near.phi, beside)
     psi = full["psi"] - side * (phi - read)
-    if near is not None and not form.psi_side:
-        psi = _nearest(psi, near.psi, beside)
+    if near is not None:
+        turned = _nearest(phi, near.phi, beside)
+        # not by the turns of phi, which is rounded: psi may be much smaller
+        psi = psi - side * (turned - phi) if form.psi_side else _nearest(psi, near.psi, beside)
+        phi = turned
     return {"phi": phi, "psi": psi}
 
 

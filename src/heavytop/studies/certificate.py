@@ -201,9 +201,10 @@ def _rounding(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, f
     """
     rounding = dict.fromkeys(("axis", "theta"), 0.0)
     with suppress(TooCoarse):
-        phi = UNIT * flow.largest_angle + CERTIFIED[own.formulation].rest
-        uniform = 4 * UNIT * abs(own.constants["kappa"] * own.end)
-        known = {"phi": phi, "psi": 2 * phi + uniform}
+        rest = CERTIFIED[own.formulation].rest
+        phi = UNIT * flow.largest_angle + rest
+        uniform = rest + 4 * UNIT * abs(own.constants["kappa"] * own.end)
+        known = {"phi": phi, "psi": phi + uniform}
         rounding |= {name: known[name] for name in _followed(trajectory)}
     return rounding
 
@@ -366,7 +367,9 @@ def collect(journal: Journal) -> Certificate:
         n: x + rounding[n] + asked["start"].get(n, 0.0) for n, x in proved.items() if x is not None
     }
     unbounded = [n for n in ("axis", "theta", *turns) if bounds[n] is None]
-    why = [f"{n} is not bounded: the axis comes too near to a pole" for n in unbounded]
+    near = "the axis comes too near to a pole"
+    cause = "the run is too far from the exact motion" if "axis" in unbounded else near
+    why = [f"{n} is not bounded: {cause}" for n in unbounded]
     if asked["spins"] and "psi" not in turns:
         form = asked["run"]["formulation"]
         why.append(f"psi is not bounded in the {form} form, but in the attitude form")
@@ -376,10 +379,12 @@ def collect(journal: Journal) -> Certificate:
     why += [proof["why"] for proof in proofs.values() if proof["why"]]
     sure = {event: proofs.get(event, {}).get("proved") for event in asked["counts"]}
     events: Any = {each: {"count": n, "proved": sure[each]} for each, n in asked["counts"].items()}
-    if "cusp" in events and "turning" in events:  # each is a turning point
-        events["cusp"]["proved"] = events["turning"]["proved"]
+    if "cusp" in events and sure.get("reversal") is not None:  # no two zeros of phidot are one
+        events["cusp"]["proved"] = events["cusp"]["count"] == 0
+    elif "cusp" in events:
+        why.append("cusp: one is not told from loops or waves that are nearly cusps")
     missed = False in [each["proved"] for each in events.values()]
-    late = max((proof["off"] for proof in proofs.values()), default=None)
+    late = max((proof["off"] for proof in proofs.values() if proof["proved"]), default=None)
     return Certificate(
         **{name: asked[name] for name in ("scene", "steps", "versions")},
         **{name: asked["run"][name] for name in ("formulation", "projected", "tolerance")},
