@@ -35,11 +35,11 @@ def drawn(seed):
     rng = np.random.default_rng([45, seed])
     top = ht.Top(*rng.uniform((1, 0.2, -3), (3, 2, 3)).tolist())
     theta, thetadot, phidot, psidot = rng.uniform((0.05, -2, -3, -20), (3.0, 2, 3, 20)).tolist()
-    start = ht.State(theta, thetadot=thetadot, phidot=phidot, psidot=psidot)
-    form = ("axis", "attitude")[seed % 2]
     periods = float(10 ** rng.uniform(0, 2.5))
+    phi, psi = (rng.choice((-1, 1), 2) * 10 ** rng.uniform(-1, 6, 2)).tolist()  # which are rounded
+    start = ht.State(theta, phi=phi, psi=psi, thetadot=thetadot, phidot=phidot, psidot=psidot)
     scene = ht.Scene(top, start, periods=periods, quantities=("theta", "phi", "psi"))
-    return ht.propagate(scene, formulation=form, projected=seed % 4 < 2)
+    return ht.propagate(scene, formulation=("axis", "attitude")[seed % 2], projected=seed % 4 < 2)
 
 
 def times_to_look_at(run, rng, times, taken):

@@ -81,8 +81,7 @@ def test_a_zero_where_two_pieces_meet_is_one_and_two_are_two(second, found):
     pieces = [Fake(p=[arb_poly([-arb(at), 1])], error=arb("1e-40")) for at in ("1", second)]
     table = Fake(bounds=Fake(size=1), piece=1.0, reach=arb("1.01"), pieces=pieces)
     rest = {"system": Fake(weights=(1.0,)), "constants": {}, "bits": 192, "exact_period": None}
-    flow = Fake(form=form, table=table, **rest)
-    assert [float(zero) for zero in zeros(flow, "turning")] == found
+    assert [float(zero) for zero in zeros(Fake(form=form, table=table, **rest), "turning")] == found
 
 
 def test_a_flow_that_is_wrong_does_not_close(monkeypatch):

@@ -49,8 +49,7 @@ def held(top, start):
     """Hold the clauses of a reason to their definitions; give the kind and the symbols."""
     verdict, known, met = classify(top, start), table(top, start), set()
     assert verdict.certified
-    reason = verdict.why.replace(" (proved)", "")
-    for part in re.split(r"; | and |: |, ", reason):
+    for part in re.split(r"; | and |: |, ", verdict.why.replace(" (proved)", "")):
         if not (clause := CLAUSE.fullmatch(part)):
             assert "=" not in part
             continue
@@ -60,8 +59,7 @@ def held(top, start):
             assert abs(truth) < ZERO
             assert "(proved)" in verdict.why
             continue
-        value = CTX.mpf(clause["value"].replace("−", "-"))
-        assert abs(value / truth - 1) < 6e-4, part
+        assert abs(CTX.mpf(clause["value"].replace("−", "-")) / truth - 1) < 6e-4, part
         assert clause["unit"] == unit
         assert clause["side"] in (None, "<" if truth < 0 else ">")
     return str(verdict.kind), met

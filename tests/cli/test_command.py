@@ -175,8 +175,7 @@ def test_an_interrupt_while_something_is_imported_is_no_traceback(module, error,
         f"        if name == {module!r}: raise {error}\n"
         "sys.meta_path.insert(0, Pressed())\nfrom heavytop.cli import main\nmain()\n"
     )
-    words = [sys.executable, "-c", program, *QUICK]
-    found = subprocess.run(words, capture_output=True, text=True)
+    found = subprocess.run([sys.executable, "-c", program, *QUICK], capture_output=True, text=True)
     assert (found.returncode, found.stderr) == (130, told)
 
 

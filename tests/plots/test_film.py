@@ -39,8 +39,7 @@ def colour(picture, place):
 def on_the_body(shot, rotation, view):
     """Points amid the faces of the wheel's rounded top that face the eye; whether it is orange."""
     rims = shot.rims[5:7]  # the outer half of the wheel's upper side
-    middles = (rims + np.roll(rims, -1, axis=1)).mean(axis=0) / 2
-    for k, place in enumerate(middles):
+    for k, place in enumerate((rims + np.roll(rims, -1, axis=1)).mean(axis=0) / 2):
         if (rotation @ [0, 0, 1]) @ view.towards > 0.2:
             yield rotation @ place, k < 9
 

@@ -122,8 +122,7 @@ def test_from_solids_is_from_parts():
     """By parallel axes; upside down gMR is negative."""
     body = whole(THE_BOOKS)
     own = {"mass": body.mass, "distance": body.centre, "A_cm": body.A_cm, "C_cm": body.C}
-    parts = Top.from_parts(**own, gravity="9.80665")
-    assert parts == Top.from_solids(THE_BOOKS, gravity="9.80665")
+    assert Top.from_parts(**own, gravity="9.80665") == Top.from_solids(THE_BOOKS, gravity="9.80665")
     hanging = Top.from_solids([sphere(radius="0.1", centre=-1, mass=1)], gravity="9.81")
     assert hanging.gMR == ht.Exact.of("-9.81")
 
