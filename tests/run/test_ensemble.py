@@ -67,11 +67,11 @@ def test_a_close_pass_is_on_the_side_that_its_momenta_say():
 
 
 def test_what_is_impossible_is_singular_and_no_event_was_looked_for_in_vain():
-    given = {"A": [3.28e-4, -1.0, 1.0, 1.0], "C": [[6.6e-5], [-3.0]], "gMR": 0.0456}
-    start = {"theta": [0.1, 0.1, 0.1, 4.0], "omega3": 140.0}
-    found = ht.propagate_many(**given, **start, time=0.5, events=("turning",))
-    good = [True, False, True, False, *4 * [False]]
-    assert found.shape == (2, 4)
+    given = {"A": [3.28e-4, -1.0, 1.0, 1.0, 1.0], "C": [[6.6e-5], [-3.0]], "gMR": 0.0456}
+    start = {"theta": [0.1, 0.1, 0.1, 4.0, 0.1], "omega3": 140.0}
+    found = ht.propagate_many(**given, **start, time=[0.5] * 4 + [np.inf], events=("turning",))
+    good = [True, False, True, False, *6 * [False]]
+    assert found.shape == (2, 5)
     assert [each is Outcome.FINISHED for each in found.outcomes] == good
     assert (~found.missed).tolist() == (found.count("turning") > 0).tolist() == good
     with pytest.raises(HeavyTopError, match="'cusp': none of those looked for"):

@@ -16,10 +16,10 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import EndedEarly, Impossible
+from heavytop.errors import EndedEarly, Impossible, Outcome
 from heavytop.exact import Exact
 from heavytop.run.counts import tally
-from heavytop.run.propagation import completed
+from heavytop.run import propagation
 from heavytop.run.verify import misses
 
 from ..motions import BOOK, KICKED, MOTIONS, named
@@ -259,15 +259,19 @@ def test_a_span_may_be_as_short_as_a_number(time, digits):
     assert run.phi[-1] == pytest.approx(float(KICKED.phidot) * time, rel=1e-12, abs=0)
 
 
-def test_a_step_limit_ends_early_and_it_can_be_completed():
+def test_a_step_limit_ends_a_run_early_resumed_or_not_and_it_can_be_extended(monkeypatch):
     scene = replace(ht.load_scene("sicm-kicked"), time=Exact.of(1000))
-    with pytest.raises(EndedEarly) as early:
-        ht.propagate(scene, step_limit=8000)
-    assert early.value.outcome == "step-limit"
-    assert 8000 <= early.value.trajectory.statistics.steps < 12000
-    whole = completed(early.value.trajectory)
+    with monkeypatch.context() as patched, pytest.raises(EndedEarly, match="step-limit") as early:
+        patched.setattr(propagation, "most_steps", lambda *_: 8000)
+        try:
+            ht.propagate(scene)
+        except EndedEarly as first:
+            ended = first.trajectory
+            propagation.completed(replace(ended, orbit=replace(ended.orbit, outcome=Outcome.INTERRUPTED)))
+    assert early.value.trajectory.orbit.steps == ended.orbit.steps in range(8000, 12000)
+    whole = ht.extend(ended, 1000)
     assert_same_run(whole, ht.propagate(scene))
-    assert completed(whole) is whole
+    assert propagation.completed(whole) is whole
 
 
 def test_where_a_trajectory_may_end():

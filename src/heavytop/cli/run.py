@@ -132,8 +132,6 @@ def integrate(
         return SceneMotion(scene, motion, plan), None
     checkpoint = None if folder is None else folder / TRAJECTORY
     part = load_trajectory(checkpoint) if checkpoint and checkpoint.exists() else None
-    if part and part.outcome is Outcome.SINGULAR:
-        return part, EndedEarly(part.outcome, part)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end

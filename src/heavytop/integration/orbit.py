@@ -325,7 +325,7 @@ def integrate(
     *,
     between: Array | None = None,
     on_block: Callable[[float], None] | None = None,
-    step_limit: int | None = None,
+    step_limit: float = math.inf,
     keep: Keep | None = None,
 ) -> Orbit:
     """Integrate from the last checkpoint of an orbit to the last of the samples.
@@ -350,6 +350,9 @@ def integrate(
 
     try:
         while outcome is None:
+            if first.steps >= step_limit:
+                outcome = Outcome.STEP_LIMIT
+                break
             block = taking.block(first, first.block_steps, far, times[done:], _reach(places))
             blocks.append(block)
             first, done = block.end, done + block.samples.t.size
@@ -363,8 +366,6 @@ def integrate(
                     keep(partial(so_far, Outcome.INTERRUPTED))
             if on_block is not None and outcome != Outcome.SINGULAR:
                 on_block((float(first.time[0]) - begun) / (end - begun) if outcome is None else 1.0)
-            if outcome is None and step_limit is not None and first.steps >= step_limit:
-                outcome = Outcome.STEP_LIMIT
     except KeyboardInterrupt:
         if places[-1].steps == 0:  # nothing is done
             raise

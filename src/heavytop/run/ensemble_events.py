@@ -97,7 +97,7 @@ def counted(run: Ensemble, expected: list[Expected]) -> Zeros:
             ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~known.never
         parts.append(here)
         for where, t in ((known.begins, 0 * run.end), (ends, run.end)):
-            which = np.flatnonzero(where)
+            which = np.flatnonzero(where & np.isfinite(run.end))
             parts.append(Zeros(which, np.full(which.size, code), t[which]))
     return joined(parts)
 

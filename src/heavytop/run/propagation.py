@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -140,15 +141,13 @@ def _integrated(
 ) -> Trajectory:
     """Return the trajectory of a plan, whatever it misses; so long was spent on others before."""
     warn_of_plan(chosen, stacklevel=5)
-    end, began = span(scene, motion), time.perf_counter()
+    began = time.perf_counter()
     _ = chosen.equations
     cost = Statistics(0, 0, time.perf_counter() - began, 0.0, spent)
     constants, start = binary_start(scene, chosen)
     orbit = not_begun(integrator_of(chosen, constants, start), start)
     part = Trajectory(scene, motion, chosen, orbit, cost)
-    limit = course.step_limit or most_steps(motion, end)
-    times = _even_times(part, 0, scene.samples - 1)
-    return _continue(part, times, course._replace(step_limit=limit))
+    return _continue(part, _even_times(part, 0, scene.samples - 1), course)
 
 
 def _meet_digits(run: Trajectory, course: Course, stacklevel: int = 5) -> Trajectory:
@@ -240,7 +239,7 @@ def extend(
     warn_of_plan(chosen)
     longer = replace(trajectory, scene=scene, plan=chosen)
     times = _even_times(longer, old.samples.t[-1], count)[1:]
-    run = _continue(longer, times, Course(progress))
+    run = _continue(longer, times, Course(progress, step_limit=sys.maxsize))
     warn_of(misses(run), scene.digits)
     return run
 
@@ -251,21 +250,23 @@ def completed(trajectory: Trajectory, course: Course | None = None) -> Trajector
     Parameters
     ----------
     trajectory : Trajectory
-        One that ended early by an interrupt or the step limit; of another, it is returned.
+        One that was interrupted; one that is finished is returned.
     course : Course, optional
 
     Raises
     ------
     EndedEarly, OSError
-        As for `propagate`.
+        As for `propagate`; at once for one that has ended early.
 
     Warns
     -----
     MissedDigitsWarning, DoubtfulWarning
         As `propagate` does.
     """
-    if trajectory.outcome not in (Outcome.INTERRUPTED, Outcome.STEP_LIMIT):
+    if trajectory.outcome is Outcome.FINISHED:
         return trajectory
+    if trajectory.outcome is not Outcome.INTERRUPTED:
+        raise EndedEarly(trajectory.outcome, trajectory, _why(trajectory))
     done = trajectory.orbit.samples.t.size
     warn_of_plan(trajectory.plan)
     times = _even_times(trajectory, 0, trajectory.scene.samples - 1)[done:]
@@ -283,13 +284,14 @@ def _continue(part: Trajectory, times: NDArray[np.float64], course: Course) -> T
     """
     saves = None if course.checkpoint is None else Checkpoints(course.checkpoint, part)
     began, orbit = time.perf_counter(), part.orbit
+    limit = course.step_limit or most_steps(part.motion, span(part.scene, part.motion))
     if times.size:
         orbit = integrate(
             orbit,
             times,
             between=None if orbit.steps else _times_on_the_way(part, times[-1]),
             on_block=course.progress,
-            step_limit=course.step_limit,
+            step_limit=limit,
             keep=saves,
         )
     else:
