@@ -18,8 +18,8 @@ import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import EndedEarly, Impossible, Outcome
 from heavytop.exact import Exact
-from heavytop.run.counts import tally
 from heavytop.run import propagation
+from heavytop.run.counts import tally
 from heavytop.run.verify import misses
 
 from ..motions import BOOK, KICKED, MOTIONS, named
@@ -261,14 +261,15 @@ def test_a_span_may_be_as_short_as_a_number(time, digits):
 
 def test_a_step_limit_ends_a_run_early_resumed_or_not_and_it_can_be_extended(monkeypatch):
     scene = replace(ht.load_scene("sicm-kicked"), time=Exact.of(1000))
-    with monkeypatch.context() as patched, pytest.raises(EndedEarly, match="step-limit") as early:
-        patched.setattr(propagation, "most_steps", lambda *_: 8000)
-        try:
-            ht.propagate(scene)
-        except EndedEarly as first:
-            ended = first.trajectory
-            propagation.completed(replace(ended, orbit=replace(ended.orbit, outcome=Outcome.INTERRUPTED)))
-    assert early.value.trajectory.orbit.steps == ended.orbit.steps in range(8000, 12000)
+    monkeypatch.setattr(propagation, "most_steps", lambda *_: 8000)
+    with pytest.raises(EndedEarly, match="step-limit") as early:
+        ht.propagate(scene)
+    ended = early.value.trajectory
+    stopped = replace(ended, orbit=replace(ended.orbit, outcome=Outcome.INTERRUPTED))
+    with pytest.raises(EndedEarly, match="step-limit") as again:
+        propagation.completed(stopped)
+    assert again.value.trajectory.orbit.steps == ended.orbit.steps in range(8000, 12000)
+    monkeypatch.undo()
     whole = ht.extend(ended, 1000)
     assert_same_run(whole, ht.propagate(scene))
     assert propagation.completed(whole) is whole

@@ -96,7 +96,7 @@ def counted(run: Ensemble, expected: list[Expected]) -> Zeros:
             margin = EPSILON * LOCAL_ROUNDING * (1 + nutations) ** 1.5 / known.rate
             ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~known.never
         parts.append(here)
-        for where, t in ((known.begins, 0 * run.end), (ends, run.end)):
+        for where, t in ((known.begins, np.zeros_like(run.end)), (ends, run.end)):
             which = np.flatnonzero(where & np.isfinite(run.end))
             parts.append(Zeros(which, np.full(which.size, code), t[which]))
     return joined(parts)
