@@ -1,13 +1,14 @@
 """A result file that is not what was written is refused before anything in it is believed."""
 
 import hashlib
+from threading import Thread
 
 import h5py
 import pytest
 import xarray
 
 import heavytop as ht
-from heavytop.files import write_whole
+from heavytop.files import write_text, write_whole
 from heavytop.report.files import write_result
 
 SEAL_BYTES = 82
@@ -52,6 +53,15 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
     with pytest.raises(OSError, match="full"):
         write_whole(path, half)
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("result", "old")]
+
+    def whole(part):
+        part.write_text("first")
+        thread = Thread(target=write_text, args=(path, "second"))
+        thread.start()
+        thread.join()
+
+    write_whole(path, whole)  # while another thread does
+    assert path.read_text() == "first"
 
 
 def test_what_a_killed_writer_left_is_taken_away_and_nothing_else(tmp_path):

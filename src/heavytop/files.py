@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from hashlib import sha256
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
+from threading import get_ident
 from typing import Any, Final
 
 from heavytop.errors import ForeignFile, InUse
@@ -47,14 +48,15 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
     A reader, or a crash at any moment, finds the old file or the new one, never a part.
     """
-    part = path.parent / f".{os.getpid()}.{path.name[-200:]}"
+    part = path.parent / f".{os.getpid()}{get_ident()}.{path.name[-200:]}"
     try:
         write(part)
         with part.open("r+b") as written:
             os.fsync(written.fileno())
         part.replace(path)
     except BaseException as error:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # it is not there, or nothing can be changed there
+            part.unlink()
         if isinstance(error, OSError) and error.errno:
             error.filename = str(path)  # as it is named at last; a full disk does not say where
         raise

@@ -209,7 +209,7 @@ def test_another_run_is_refused(first, words):
     assert files(first) == before
 
 
-def test_a_run_begun_by_other_versions_is_refused(first, monkeypatch, tmp_path):
+def test_a_run_begun_by_other_versions_or_of_another_scene_is_refused(first, monkeypatch, tmp_path):
     for name in ("study.jsonl", "trajectory.nc"):  # as if it had been killed
         (tmp_path / name).write_bytes((first / name).read_bytes())
     here = report_files.versions()
@@ -218,6 +218,9 @@ def test_a_run_begun_by_other_versions_is_refused(first, monkeypatch, tmp_path):
         assert 'versions.heyoka: "' in refused(3, *words)
     (tmp_path / "run.json").write_bytes((first / "run.json").read_bytes())
     printed(*PLAIN, "-o", tmp_path)  # what is whole goes
+    (tmp_path / "run.json").unlink()
+    ht.propagate(ht.load_scene("sicm-dropped")).save(tmp_path / "trajectory.nc")
+    assert "of another scene (run --force" in refused(3, *PLAIN, "-o", tmp_path)
 
 
 STUDY = sealed(b'{"command":null,"parameters":{"kind":"drift","versions":{}}}').decode()

@@ -120,9 +120,12 @@ def integrate(
 
     Raises
     ------
+    ForeignFile
+        The trajectory in the folder is of another scene.
     StoppedEarly
         Ctrl-C: the part is kept, and nothing is made of it.
     """
+    from heavytop.report.files import tables_of
     from heavytop.results.run import TRAJECTORY
     from heavytop.run.exact import SceneMotion
     from heavytop.run.propagation import Course, completed, integrate_plan
@@ -132,6 +135,8 @@ def integrate(
         return SceneMotion(scene, motion, plan), None
     checkpoint = None if folder is None else folder / TRAJECTORY
     part = load_trajectory(checkpoint) if checkpoint and checkpoint.exists() else None
+    if part and tables_of(part.scene) != tables_of(scene):
+        raise errors.ForeignFile(f"{checkpoint}: of another scene (run --force replaces it)")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end

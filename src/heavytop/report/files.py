@@ -38,6 +38,12 @@ def scene_text(document: Mapping[str, Any]) -> str:
     return written({name: x for name, x in document.items() if name != "name" and x != ""})
 
 
+def tables_of(scene: Scene) -> dict[str, Any]:
+    """What makes a scene another one: its tables, not its name and title."""
+    document = scene.document()
+    return {name: document[name] for name in ("top", "start", "span", "want")}
+
+
 def finished_run(folder: Path) -> RunResult | None:
     """The result that a folder has of its run; None where it is not at its end.
 
@@ -73,8 +79,7 @@ def open_run(
     StoppedEarly
         Ctrl-C, or a file that cannot be written: the folder goes on with the run.
     """
-    tables = {name: scene.document()[name] for name in ("top", "start", "span", "want")}
-    parameters = {"kind": RUN, "scene": tables, **asked, "versions": versions()}
+    parameters = {"kind": RUN, "scene": tables_of(scene), **asked, "versions": versions()}
     about = {"name": scene.name, "text": scene.to_toml(), "figures": figures}
     files = files_of(RunResult)
     try:
