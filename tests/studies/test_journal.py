@@ -33,6 +33,10 @@ def test_a_record_is_the_sum_of_its_chunks(tmp_path):
         assert record.ended
         assert each.rows("a/1") == [{"x": 1}, {"x": 2}, {"x": 3}]
         assert each.rows("a/2") == []
+    with (tmp_path / "study.jsonl").open("r+b") as file:
+        file.write(file.readlines()[-1] * 2)  # by another, where a lock does not hold
+    with pytest.raises(ForeignFile, match="line 4: a/1 had ended before"):
+        Journal.read(tmp_path)
 
 
 def test_every_difference_is_named(tmp_path):

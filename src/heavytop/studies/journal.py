@@ -210,6 +210,8 @@ class Journal:
 
     def _add(self, place: int, task: str, **chunk: Any) -> None:
         record, last = self.record(task), Chunk(**chunk)
+        if record.ended:  # two have written, where a lock does not hold
+            raise ValueError(f"{task} had ended before")
         record.last = last._replace(rows=())
         record.seconds += last.seconds
         record.places.append(place)
