@@ -28,6 +28,7 @@ from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
 from heavytop.scene.arguments import check_callable, expect
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
+STOPS: Final = (signal.SIGINT, signal.SIGTERM)
 SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
 GRACE_S: Final = 0.5  # after Ctrl-C, for what is done to be written down
 CLOSING_S: Final = 5.0  # with a worker that has nothing to do any more, until it ends
@@ -43,15 +44,16 @@ def starting() -> Iterator[None]:
     """Start processes inside this block.
 
     They do not import the caller's script again, which may have no ``if __name__ ==
-    "__main__"``; nor modules from the current folder; and Ctrl-C is left to this process. A worker
-    of dask, which is a daemon, may start them too, as they end with it.
+    "__main__"``; nor modules from the current folder; and Ctrl-C and SIGTERM, which a whole group
+    gets, are left to this process. A worker of dask, which is a daemon, may start them too, as they
+    end with it.
     """
     config = getattr(multiprocessing.current_process(), "_config", {})
     tables: tuple[Any, ...] = sys.modules, os.environ, config
     keys = "__main__", "PYTHONSAFEPATH", "daemon"
     before = [table.get(key) for table, key in zip(tables, keys, strict=True)]
     posix = hasattr(signal, "pthread_sigmask")
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if posix else set()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, STOPS) if posix else set()
     try:
         for table, key, value in zip(tables, keys, (ModuleType(keys[0]), "1", False), strict=True):
             table[key] = value
@@ -160,7 +162,7 @@ def stop_signal(grace_s: float = GRACE_S) -> Iterator[threading.Event]:
     """
     event, again = threading.Event(), list[threading.Timer]()
     here = threading.current_thread() is threading.main_thread()
-    numbers = (signal.SIGINT, signal.SIGTERM) if here else ()
+    numbers = STOPS if here else ()
     before: dict[int, Any] = {number: signal.getsignal(number) for number in numbers}
 
     def stop(number: int, frame: FrameType | None) -> None:
