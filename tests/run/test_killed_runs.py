@@ -98,10 +98,8 @@ STRUCK = [
     ("long", EVENTS, 8, KILL),
     # between steps and files
     *((scene, EVENTS, 1, number) for scene in ("plain", "digits") for number in (KILL, INT)),
-    ("drawn", DRAWN, 4, KILL),
-    ("drawn", DRAWN, 5, TERM),
-    ("plain", TOLD, 1, KILL),
-    ("exact", TOLD, 1, KILL),
+    *(("drawn", DRAWN, count, number) for count, number in ((4, KILL), (5, TERM))),
+    *((scene, TOLD, 1, KILL) for scene in ("plain", "exact")),
 ]
 
 
@@ -228,7 +226,6 @@ STUDY = sealed(b'{"command":null,"parameters":{"kind":"drift","versions":{}}}').
 
 FOREIGN = [
     ("run.json", "{}", (), "not the folder of a study (run.json) (run --force replaces it)"),
-    ("study.jsonl", STUDY, (), "holds a study; a run needs a folder of its own"),
     ("study.jsonl", STUDY, ("--force",), "holds a study; a run needs a folder of its own"),
     ("study.jsonl", STUDY.replace("drift", "run"), ("--force",), "line 1: damaged"),
     ("overview.png", "mine", (), "overview.png"),
