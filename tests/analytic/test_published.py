@@ -61,8 +61,7 @@ LIE_STATES = {
 
 def printed(text):
     """All numbers that round to the text."""
-    places = len(text.partition(".")[2])
-    return Interval(Fraction(text), Fraction(1, 2 * 10**places))
+    return Interval(Fraction(text), Fraction(1, 2 * 10 ** len(text.partition(".")[2])))
 
 
 @pytest.mark.parametrize("case", PRINTED)

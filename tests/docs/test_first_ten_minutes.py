@@ -44,8 +44,7 @@ def lines(text):
 def alike(shown, printed):
     """Whether two lines agree; ### stands for any number, … for any part of a line."""
     if LEFT_OUT in shown and LEFT_OUT not in printed:
-        pattern = ".*".join(map(re.escape, shown.split(LEFT_OUT)))
-        return re.fullmatch(pattern, printed) is not None
+        return re.fullmatch(".*".join(map(re.escape, shown.split(LEFT_OUT))), printed) is not None
     numbers = iter(re.findall(f"{ANY}|{NUMBER.pattern}", shown))
     return agree(shown, NUMBER.sub(lambda n: ANY if next(numbers, "") == ANY else n[0], printed))
 

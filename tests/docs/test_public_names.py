@@ -33,8 +33,7 @@ def taken(function):
 def name_line(name):
     """Return a public name as it is frozen: a class that users do not make is a name alone."""
     value = attrgetter(name)(heavytop)
-    made = name in MADE or not inspect.isclass(value)
-    return f"{name}({taken(value)})" if made else name
+    return f"{name}({taken(value)})" if name in MADE or not inspect.isclass(value) else name
 
 
 def verb_line(name, verb):

@@ -33,7 +33,6 @@ def run():
 @pytest.fixture(scope="module")
 def things(run):
     """One of everything that can be drawn, small."""
-    data = {name: getattr(run, name) for name in ("t", "theta", "phi")}
     return {
         "Motion": MOTION,
         "Trajectory": run,
@@ -41,7 +40,7 @@ def things(run):
         "Atlas": ht.atlas(SCENE, x="phidot=-30:40:9", y="theta=0.1:1.5:7", jobs=1),
         "WorkPrecision": diagram_of(*POINTS),
         "Stress": stress_of(*(Row(RUN, method=x) for x in NAMED), methods=NAMED),
-        "Check": ht.check(data, SCENE),
+        "Check": ht.check({name: getattr(run, name) for name in ("t", "theta", "phi")}, SCENE),
         "Sweep": ht.sweep(SCENE, "start.psidot=100:200:3", ["round", "theta_max"]),
     }
 

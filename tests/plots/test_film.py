@@ -55,8 +55,7 @@ def test_three_frames_show_the_exact_motion(follow):
         for place, orange in on_the_body(seen, turn.as_matrix(), view):
             found = colour(picture, pixel(stage, view, place))
             own = PATCH if orange else BODY_COLOUR
-            off = found / found.max() - own / own.max()
-            patches.append((orange, abs(off).max() < 0.1))
+            patches.append((orange, abs(found / found.max() - own / own.max()).max() < 0.1))
         omega, axis = (np.array([float(x) for x in each]) for each in (at.omega, at.axis))
         A, C = float(SCENE.top.A), float(SCENE.top.C)
         momentum = A * omega + (C - A) * (omega @ axis) * axis

@@ -79,6 +79,5 @@ def test_a_round_and_the_amplitude_are_those_of_the_angles(scene):
     assert found["amplitude"] == swing
     span = 100 * (motion.period or 1.0)
     turned = np.diff(motion.at([0.0, span]).phi)[0]
-    has_no_mean = motion.kind in ROUNDLESS or motion.regime.asymptotic
-    rate = 0.0 if has_no_mean else abs(turned) / span
+    rate = 0.0 if motion.kind in ROUNDLESS or motion.regime.asymptotic else abs(turned) / span
     assert 2 * np.pi / (found["round"] or np.inf) == pytest.approx(rate, abs=1e-12)

@@ -18,8 +18,7 @@ from ..motions import named
 def test_auto_meets_the_digits_asked(validation_script, number):
     """Of random scenes, some of which pass close to a pole; of every sixth the rates are wanted."""
     scene = validation_script("11_random_tops").random_scene(random.Random(number), number)
-    wants = scene.quantities if number % 6 else ("rates",)
-    run = ht.propagate(replace(scene, quantities=wants))
+    run = ht.propagate(replace(scene, quantities=scene.quantities if number % 6 else ("rates",)))
     assert misses(run).digits == {}
     assert run.plan.reasons
 

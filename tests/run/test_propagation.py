@@ -186,8 +186,7 @@ def test_sampling_continuing_and_storing_change_no_bit(formulation, projected, c
     for name in one.samples.COLUMNS:
         whole, *others = (getattr(run.own_samples, name) for run in (one, longer, loaded))
         assert all(same(each, whole) for each in others), name
-    ends = [ht.extend(x, 1.25 * end).orbit.checkpoints[-1].state for x in (one, loaded)]
-    assert same(*ends)
+    assert same(*[ht.extend(x, 1.25 * end).orbit.checkpoints[-1].state for x in (one, loaded)])
 
 
 DISTURBED = [(form, False) for form in ("axis", "attitude", "cubic", "lagrange")]

@@ -57,8 +57,7 @@ def wait_for_records(folder, count, process):
 def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, jobs, tmp_path):
     whole, folder, draw = tmp_path / "whole", tmp_path / "made" / "here", random.Random(jobs)
     complete = document(verb, *LONG[verb], "-o", whole)
-    parallel = ("-j", jobs) if jobs > 1 else ()
-    asked = [verb, *LONG[verb], "--no-figures", "-o", folder, *parallel]
+    asked = [verb, *LONG[verb], "--no-figures", "-o", folder, *("-j", jobs) * (jobs > 1)]
     process = begin("-m", "heavytop", *asked)
     for count in (1, 4):
         wait_for_records(folder, 1 if verb == "drift" else count, process)
