@@ -54,7 +54,7 @@ def lagrange_form(_: str | None = None) -> Formulation:
 def subsystem_form(variant: str | None = None) -> Formulation:
     """Return the four-dimensional subsystem; with ``"angles"``, phi and psi by quadrature."""
     if variant == "angles":
-        return _with_angles(subsystem_form())
+        return with_angles(subsystem_form())
     _, for_phi, for_psi = lag.momenta()
     states = (theta, *lag.VELOCITIES)
     return Formulation(
@@ -79,7 +79,7 @@ def subsystem_form(variant: str | None = None) -> Formulation:
 def routh_form(variant: str | None = None) -> Formulation:
     """Return Routh's reduced formulation; with ``"angles"``, phi and psi by quadrature."""
     if variant == "angles":
-        return _with_angles(routh_form())
+        return with_angles(routh_form())
     _, for_phi, for_psi = lag.momenta()
     momenta = {p_psi: for_psi, p_minus: for_phi - for_psi, omega3: for_psi / C}
     phidot = _precise / (A * sp.sin(theta) ** 2)
@@ -105,7 +105,7 @@ def _without_cancellation(expression: Any) -> Any:
     return split.subs(p_minus + p_psi - p_psi * sp.cos(theta), _precise)
 
 
-def _with_angles(form: Formulation) -> Formulation:
+def with_angles(form: Formulation) -> Formulation:
     """Carry phi and psi, and with them the vectors in space."""
     phi = phi_0 + phi_rate * time + phi_deviation
     psi = psi_0 + psi_rate * time + psi_deviation

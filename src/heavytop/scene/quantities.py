@@ -92,7 +92,7 @@ class Quantity(NamedTuple):
     of : callable or None
         Of one that follows from others: a function of a record, which has ``t``, ``theta`` and the
         other columns of a run or of the closed form, in doubles or in mpmath's numbers, and of the
-        exact `Motion`, with its top and its period.
+        exact `Motion`, whose top is exact; its period is a double, of more digits its `mpf`.
     given : tuple of str
         What of a top it needs that not every top has.
     """

@@ -57,7 +57,7 @@ class Scene(Shown):
         The span in nutation periods; at most one of `time` and `periods` is given, and what
         integrates the scene needs one.
     quantities : sequence of str
-        Any of class, period, theta, axis, phi, psi, rates, attitude, reaction.
+        Any of those that docs/scenes.md lists.
     events : sequence of str
         Any of turning, reversal, cusp.
     samples : int
