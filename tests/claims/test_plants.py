@@ -52,7 +52,7 @@ def test_no_bound_is_above_a_hundred_times_what_was_measured():
     for name, value in found.items():
         bound = known[name].bound
         assert 0 <= value <= bound, name
-        assert not value or bound <= 100 * value, name
+        assert not value or bound <= 100 * value, f"{name}: a bound {bound:g} for {value:g}"
     assert {name for plant in EVERY for name in plant.quick} <= known.keys()
 
 
