@@ -10,7 +10,7 @@ import math
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict
 from itertools import chain, repeat, takewhile
@@ -20,12 +20,12 @@ import numpy as np
 
 from heavytop.checking.method import LOST_PHASE
 from heavytop.comparison import own
+from heavytop.comparison.methods import MethodEntry
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.errors import MissingPackage
 from heavytop.exact.decimals import DOUBLE
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.drift import DRIFT_FIELDS, SERIES, Drift, growth, task_name
-from heavytop.run.plan import closed_form_of
 from heavytop.scene.arguments import JOBS, Range
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
@@ -203,7 +203,7 @@ def _chunks(
     scene, chosen = scene_of(parameters["scene"]), method(text)
     start = perturbed_start(scene.start, parameters["seed"], int(number))
     found = set_up(Scene(scene.top, start, periods=1, name=scene.name), chosen)
-    periods = sample_times(min(parameters["periods"], chosen.reach), parameters["samples"])
+    periods = watched(_asked(parameters, chosen))
     times = [found.stepper.output_time(n * found.period) for n in periods]
     if checkpoint is None:
         order: float | None = chosen.published_order
@@ -243,7 +243,8 @@ def _rows(
         numbers = (error.energy, error.phase_s, error.axis or 0.0, *error.invariants.values())
         if not all(map(math.isfinite, numbers)):
             raise IntegrationFailed("its errors are no longer finite")
-        yield {"periods": n, "t": t, "state": each, **error._asdict()}
+        lost = abs(error.phase_s) >= LOST_PHASE * found.period
+        yield {"periods": n, "t": t, "state": each, "lost": lost, **error._asdict()}
 
 
 def complete(journal: Journal, **how: Any) -> Drift:
@@ -296,6 +297,23 @@ def sample_times(periods: float, samples: int) -> tuple[float, ...]:
     return tuple(float(n - 1 + SAMPLE_PHASE) for n in whole)
 
 
+def watched(times: Sequence[float]) -> list[float]:
+    """Return times of `sample_times` with others in between, lest a phase be lost unseen.
+
+    To the next one a phase that grows as the square of the time does not grow to a whole period.
+
+    >>> [round(n, 3) for n in watched(sample_times(10, 2))]
+    [0.618, 1.618, 3.618, 7.618, 9.618]
+    """
+    doubled = (2.0**k - 1 + SAMPLE_PHASE for k in range(int(times[-1] + 1).bit_length()))
+    return sorted({*times, *(n for n in doubled if n < times[-1])})
+
+
+def _asked(parameters: Parameters, chosen: MethodEntry) -> tuple[float, ...]:
+    """The times at which errors of a method are wanted."""
+    return sample_times(min(parameters["periods"], chosen.reach), parameters["samples"])
+
+
 # --- the result ------------------------------------------------------------------------------
 
 
@@ -303,15 +321,14 @@ def collect(journal: Journal) -> Drift:
     """Return the drift that the runs of a study add up to, all at their end."""
     asked = journal.parameters
     scene, numbers = scene_of(asked["scene"]), range(asked["ensemble"])
-    lost = LOST_PHASE * float(closed_form_of(scene).period or 0.0)
     states = [perturbed_start(scene.start, asked["seed"], number) for number in numbers]
     starts = tuple({name: float(getattr(each, name)) for name in VARIED} for each in states)
-    methods = tuple(_method(journal, text, lost) for text in asked["methods"])
+    methods = tuple(_method(journal, text) for text in asked["methods"])
     about = {name: asked[name] for name in ("scene", *DRIFT_FIELDS, "versions")}
     return Drift(**about, spread=START_SPREAD, starts=starts, methods=methods).timed(journal)
 
 
-def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
+def _method(journal: Journal, text: str) -> dict[str, Any]:
     """What was found of a method, as a row of the result."""
     chosen = method(text)
     tasks = [task_name(text, number) for number in range(journal.parameters["ensemble"])]
@@ -320,9 +337,10 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
     skipped = absent or next((last.failed for last in lasts if last.failed), None)
     known = [] if skipped else [last.checkpoint for last in lasts]
     steps = [each["state"]["steps"] for each in known]
-    runs = [_columns(journal.rows(task), lost) for task in tasks[: len(known)]]
+    times = {*_asked(journal.parameters, chosen)}
+    runs = [_columns(journal.rows(task), times) for task in tasks[: len(known)]]
     members = [_series(x) | {"steps": n} for x, n in zip(runs, steps, strict=True)]
-    every = _series(_over(runs) if known else _columns((), lost))
+    every = _series(_over(runs) if known else _columns(()))
     signs = members[0] if known else every
     grows = {name: growth(every["periods"], every[c], signs[c]) for name, c in GROWING.items()}
     about = {"name": chosen.text, "formulation": chosen.states, "language": chosen.language}
@@ -344,13 +362,14 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
     }
 
 
-def _columns(rows: Sequence[Mapping[str, Any]], lost: float) -> Series:
+def _columns(rows: Sequence[Mapping[str, Any]], times: Container[float] = ()) -> Series:
     """The errors of a run; None for momenta that cannot change, and for phases once one is lost."""
     names = dict.fromkeys(("periods", *SERIES, *(rows[0]["invariants"] if rows else ())))
-    flat = [{**row, **row["invariants"]} for row in rows]
-    found = {name: tuple(row.get(name) for row in flat) for name in names}
-    phases = [*takewhile(lambda phase: abs(phase) < lost, (row["phase_s"] for row in rows))]
-    return found | {"phase_s": (*phases, *[None] * (len(rows) - len(phases)))}
+    kept = [*takewhile(lambda row: not row["lost"], rows)]
+    phases = (*(row["phase_s"] for row in kept), *[None] * (len(rows) - len(kept)))
+    every = zip(rows, phases, strict=True)
+    flat = [{**x, **x["invariants"], "phase_s": y} for x, y in every if x["periods"] in times]
+    return {name: tuple(row.get(name) for row in flat) for name in names}
 
 
 def _over(members: Sequence[Series]) -> Series:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -115,7 +115,7 @@ def measured_order(scene: Scene, method: MethodEntry) -> float | None:
     errors = {}
     for steps in ORDER_STEPS:
         with suppress(IntegrationFailed, HeavyTopError):
-            off, _, _ = go(set_up(scene, replace(method, setting=steps)), ORDER_PERIODS)
+            [off], _, _ = go(set_up(scene, replace(method, setting=steps)), [ORDER_PERIODS])
             errors[steps] = off.axis or abs(off.theta)
     return order_of(errors)
 
@@ -125,17 +125,21 @@ class TooSlow(IntegrationFailed):
 
 
 def go(
-    run: MethodRun, periods: float, limit: float = math.inf
-) -> tuple[StateError, StepperState, float]:
-    """Take a run so far: its error there, what the last block led to, seconds."""
-    end, before, last, seconds = walk(run, periods, limit)
-    return run.reference(end, run.stepper.states_at(before, [end])[0].tolist()), last, seconds
+    run: MethodRun, periods: Sequence[float], limit: float = math.inf
+) -> tuple[list[StateError], StepperState, float]:
+    """Take a run to the last of some times: its errors at all, the last block's end, seconds."""
+    times, found = [run.stepper.output_time(n * run.period) for n in periods], list[StateError]()
+    for before, last, seconds in walk(run, periods[-1], limit):  # noqa: B007
+        here = [t for t in times[len(found) :] if t <= last.time]
+        rows = run.stepper.states_at(before, here).tolist() if here else ()
+        found += map(run.reference, here, rows)
+    return found, last, seconds
 
 
 def walk(
     run: MethodRun, periods: float, limit: float = math.inf
-) -> tuple[DoubleDouble, StepperState, StepperState, float]:
-    """Go so far: the time there, where the last block began and ended, seconds in blocks.
+) -> Iterator[tuple[StepperState, StepperState, float]]:
+    """Yield the blocks so far: where each began and ended, seconds in all.
 
     Raises
     ------
@@ -146,14 +150,13 @@ def walk(
     """
     end, after = run.stepper.output_time(periods * run.period), run.stepper.begin()
     seconds = 0.0
-    while True:
+    while after.time < end:  # double-doubles compare as their words do
+        if seconds > limit:
+            raise TooSlow(f"stopped at t = {after.time[0]:.3g} s after {seconds:.3g} s")
         before, began = after, clock()
         after = run.stepper.block(before)
         seconds += clock() - began
-        if after.time >= end:  # double-doubles compare as their words do
-            return end, before, after, seconds
-        if seconds > limit:
-            raise TooSlow(f"stopped at t = {after.time[0]:.3g} s after {seconds:.3g} s")
+        yield before, after, seconds
 
 
 def problem_of(scene: Scene, chosen: Plan, span: float) -> InitialValueProblem:

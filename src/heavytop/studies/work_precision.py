@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
 from functools import cache
@@ -21,7 +22,7 @@ from heavytop.results.stress import AUTO
 from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
 from heavytop.scene.arguments import Range, check_callable
 from heavytop.scene.scene import Scene, scene_of
-from heavytop.studies.drift import perturbed_start
+from heavytop.studies.drift import perturbed_start, sample_times, watched
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
 from heavytop.studies.methods import expected, method, parameters_of, read_asked, settings
 from heavytop.studies.steppers import MethodRun, TooSlow, clock, go, set_up, walk
@@ -34,7 +35,6 @@ WORK_LIMITS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
 # the scene's own and neighbouring ones, the same for every method and setting
 NEIGHBOURS: Final = 8
 RUN_LIMITS: Final = 240  # in a budget, but a second at least: what a run may take
-BEFORE_END: Final = 0.382  # of a period before the last one ends: no turning point
 REPEATS: Final = 3  # rounds after the first
 REPEATS_S: Final = 0.5  # for one setting: what takes longer is repeated in one round only
 SHORT_RUN_S: Final = 0.01  # a run that is shorter is made twice: the first finds caches cold
@@ -164,7 +164,7 @@ def complete(
     points = tuple(_point(each, [*rows.values()]) for each, rows in runs.rows.items() if rows)
     skipped = tuple(_skipped(each, runs.refused[each]) for each in asked if not runs.rows[each])
     periods = parameters["periods"]
-    about = {"scene": parameters["scene"], "periods": periods, "phase": periods - BEFORE_END}
+    about = {"scene": parameters["scene"], "periods": periods, "phase": looks(periods)[-1]}
     about |= {"budget": budget, "versions": parameters["versions"]}
     return WorkPrecision(**about, points=points, skipped=skipped)
 
@@ -254,7 +254,7 @@ class Rounds:
                 self._time(start, each)
 
     def _time(self, start: int, each: MethodEntry) -> None:
-        *_, seconds = walk(self.ready(start, each), self.periods - BEFORE_END)
+        *_, (_, _, seconds) = walk(self.ready(start, each), looks(self.periods)[-1])
         self.rows[each][start]["seconds"].append(seconds)
 
 
@@ -262,7 +262,16 @@ def _try(scene: Scene, text: str, mine: own.Origins, periods: float, limit: floa
     """In a worker: run a method once; what it raises is raised again where it is measured."""
     own.load(mine)
     with suppress(IntegrationFailed):
-        walk(set_up(scene, method(text)), periods - BEFORE_END, limit)
+        deque(walk(set_up(scene, method(text)), looks(periods)[-1], limit), maxlen=0)
+
+
+def looks(periods: float) -> list[float]:
+    """When the motion is looked at: at the last time for its errors, before lest a phase be lost.
+
+    >>> [round(n, 3) for n in looks(10)]
+    [0.618, 1.618, 3.618, 7.618, 9.618]
+    """
+    return watched(sample_times(periods, 2))
 
 
 def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
@@ -271,14 +280,15 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     It fails where it is not there after `limit` seconds, or its numbers are no longer finite.
     """
     stepper: Any = run.stepper
-    off, last, seconds = go(run, periods - BEFORE_END, limit)
+    every, last, seconds = go(run, looks(periods), limit)
+    off, lost = every[-1], LOST_PHASE * run.period
     if not math.isfinite(off.energy + off.theta + (off.axis or 0.0)):
         raise NotFinite
-    phase = abs(off.phase_s) if abs(off.phase_s) < LOST_PHASE * run.period else None
+    kept = all(abs(each.phase_s) < lost for each in every)
     return {
         "axis_error": off.axis,
         "theta_error": abs(off.theta),
-        "phase_error": phase,
+        "phase_error": abs(off.phase_s) if kept else None,
         "energy_error": abs(off.energy),
         "periods": last.time[0] / run.period,
         "steps": last.steps,
