@@ -38,7 +38,7 @@ class StressOutcome(StrEnum):
     STEP_LIMIT = "step-limit", "steps", "the run reached or exceeded its limit of steps"
     METHOD_ERROR = "method-error", "err", "its code fails, or returns nan or what is no state"
     SINGULAR = "singular", "sing", "the run stopped on the way, at numbers that are not finite"
-    STALLED = "stalled", "stall", "steps shrank to zero, or the equations of one have no solution"
+    STALLED = "stalled", "stall", "steps shrank to zero, or the equations of one are not solved"
     DIVERGED = "diverged", "div", FAR_OFF
     INACCURATE = "inaccurate", "!", "it ends with fewer than half of the digits that are possible"
     MISSED_EVENTS = "missed-events", "ev", "the end state is right, the number of events is wrong"
