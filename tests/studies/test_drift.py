@@ -70,7 +70,7 @@ def test_a_phase_that_is_lost_is_no_number_and_does_not_come_back():
     assert max(known) < 0.05 * ht.Motion(KICKED.top, KICKED.start).period
     assert found.phase_s == (*known, *[None] * (len(found.phase_s) - len(known)))
     assert 10 < len(known) < len([x for x in found.axis if x is not None])
-    assert ht.drift(KICKED, methods=["strang"], samples=2)["strang"].phase_s[1] is None  # 2.54 ahead
+    assert ht.drift(KICKED, methods=["strang"], samples=2)["strang"].phase_s[1] is None  # but 2.54
     assert abs(found.phase_exponent - 1) < 0.2  # as a method of its kind loses it
 
 

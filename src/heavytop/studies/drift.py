@@ -300,7 +300,8 @@ def sample_times(periods: float, samples: int) -> tuple[float, ...]:
 def watched(times: Sequence[float]) -> list[float]:
     """Return times of `sample_times` with others in between, lest a phase be lost unseen.
 
-    To the next one a phase that grows as the square of the time does not reach a half, where it looks small.
+    From one to the next a phase that grows as t² does not reach half a period, where it looks
+    small.
 
     >>> [round(n, 3) for n in watched(sample_times(10, 2))]
     [0.618, 1.618, 3.618, 7.618, 9.618]
