@@ -35,8 +35,8 @@ EXPLAINED = {  # pattern of a line of the list -> why it may stand there
     r"plan\.cost_s: ": "quadratures of angles are counted in every form that has them",
     r"warnings\[\d+\]: .* moves theta from ": "a kick that holds omega3 in fewer words",
     r"\bwhy: .*(θ is constant|stays on the ver)": "other facts of steady tops are facts alone",
-    r"samples\.(\w+dot|omega|quaternion): .gone. -> ": "a run has all columns of its samples",
-    r"document\.top: .gone. -> ": "what parts make of a top is told, where it has some",
+    r"(samples\.(\w+dot|omega|quaternion)|document\.top): .gone. -> ": "a run has all its columns",
+    r"document\.final\.psi_mod: ": "psi, itself held to 1e-14, takes no turns of a rounded phi",
     r"check data.csv .*method\.(sentence|rounding): ": "what the rounding of a table does is told",
     r"(exponent|stderr\.\w+|growth\.\w+|orders\.[\w-]+): [\d.]+ ": "powers are fitted by numpy",
 }
