@@ -54,6 +54,7 @@ def test_long_runs_are_told_of(scene, told):
 
 
 HARDLY_STABLE, BESIDE = ht.Top(1, "1.155", "133.8"), ht.State("0.007", omega3="8.948")
+LONG = ht.Exact.of(5000)
 MODELS = [  # what is wanted of which scene, and what the plan has
     (("class", "period"), {}, {"formulation": "none"}),
     (("theta",), {}, {"formulation": "cubic", "states": 2, "projected": False}),
@@ -61,13 +62,15 @@ MODELS = [  # what is wanted of which scene, and what the plan has
     (("axis",), {}, {"formulation": "axis", "states": 5, "variant": None}),
     (("theta", "phi"), {}, {"variant": "phi", "states": 5}),
     (("psi",), {}, {"variant": "sigma", "states": 6}),
-    (("theta",), {"time": 5000, "digits": 11}, {"projected": True, "precision": "double"}),
-    (("theta",), {"time": 5000, "digits": 9}, {"projected": False, "precision": "double"}),
+    (("theta",), {"time": LONG, "digits": 11}, {"projected": True, "precision": "double"}),
+    (("theta",), {"time": LONG, "digits": 9}, {"projected": False, "precision": "double"}),
     (("theta",), {"top": ht.Top(1, 0, 1), "start": ht.State(1)}, {"formulation": "axis"}),
     (("phi",), {"digits": 40}, {"projected": False, "precision": "192 bits"}),
     (("theta",), {"name": "lie-group-benchmark"}, {"formulation": "axis"}),  # 7e-7 rad past a pole
     (("psi",), {"name": "lie-group-benchmark"}, {"formulation": "axis", "variant": "delta"}),
     (("psi",), {"name": "planar-rotating"}, {"formulation": "attitude"}),  # through both poles
+    (("attitude",), {"start": ht.State("0.1", psi="1e5")}, {"formulation": "attitude"}),
+    (("attitude",), {"time": None, "periods": LONG}, {"formulation": "attitude"}),
     # let go beside the vertical, hardly stable: rounding of 1 - cos(theta) shifts every fall
     (("theta",), {"top": HARDLY_STABLE, "start": BESIDE, "digits": 6}, {"formulation": "axis"}),
 ]
@@ -76,15 +79,12 @@ MODELS = [  # what is wanted of which scene, and what the plan has
 @pytest.mark.parametrize(("quantities", "changes", "has"), MODELS)
 def test_no_more_model_than_is_wanted(quantities, changes, has):
     """Nothing for the class, two states for theta, five for the axis, the turns only for phi."""
-    changes = {"name": "sicm-kicked"} | changes
-    scene = replace(ht.load_scene(changes.pop("name")), quantities=quantities)
-    if "time" in changes:
-        changes["time"] = ht.Exact.of(changes["time"])
-    plan = ht.plan(replace(scene, **changes))
+    named = ht.load_scene(changes.get("name", "sicm-kicked"))
+    plan = ht.plan(scene := replace(named, quantities=quantities, **changes))
     assert {name: getattr(plan, name) for name in has} == has
     if plan.formulation == "none":
         with pytest.raises(ht.BadScene, match=r"auto: nothing is integrated.* heavytop\.Motion"):
-            ht.propagate(replace(scene, **changes))
+            ht.propagate(scene)
 
 
 @pytest.mark.parametrize("events", ["[]", '["turning"]'])

@@ -209,7 +209,7 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
     "rates": Quantity("rates", "rad/s", "rates of the Euler angles", need=Need.TILT,
                       columns=RATES),
     "attitude": Quantity("attitude", "1", "attitude, body to space", need=Need.PSI,
-                         columns=("quaternion",), judged_by=("phi", "psi", "axis")),
+                         columns=("quaternion",)),
     "reaction": Quantity("reaction", "N", "force of the pivot on the top, in space", parts="xyz",
                          need=Need.AXIS, judged_by=("axis", "rates"), of=_reaction,
                          given=("mass", "distance")),
@@ -368,8 +368,8 @@ def need_of(quantities: tuple[str, ...]) -> Need:
 def judged(quantities: tuple[str, ...]) -> tuple[str, ...]:
     """The quantities whose errors must meet the digits, by those that are wanted.
 
-    >>> judged(("theta", "attitude"))
-    ('theta', 'phi', 'psi', 'axis')
+    >>> judged(("attitude", "reaction"))
+    ('attitude', 'axis', 'rates')
     """
     moving = [name for name in quantities if QUANTITIES[name].need > Need.NOTHING]
     return tuple(dict.fromkeys(x for n in moving for x in QUANTITIES[n].judged_by or (n,)))
