@@ -119,8 +119,10 @@ class OwnMotion:
 
     def at(self, seen: Seen) -> Any:
         """Return it in doubles at the times of some states, or None where there is none."""
+        t = seen.t.astype(float)
+        low = seen.t - t + seen.t_low  # of more digits: at a pole phi jumps within their rounding
         try:
-            return self.closed_form.at(seen.t.astype(float), t_lo=seen.t_low.astype(float))
+            return self.closed_form.at(t, t_lo=low.astype(float))
         except NoClosedForm:
             return None
 
