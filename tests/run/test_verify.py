@@ -64,9 +64,11 @@ def test_the_bound_is_not_slack():
     wanted = 'want.quantities=["theta", "phi", "psi"]'
     run = run_of("want.digits=60", "span.time=3", "want.events=[]", "want.samples=7", wanted)
     assert run.plan.precision == "256 bits"
-    errors = ht.run_errors(run)
-    for error in (errors.theta, errors.phi, errors.psi, errors.input_rounding):
+    turned = replace(run, scene=replace(run.scene, quantities=("attitude",)))  # needs all three
+    errors, same = ht.run_errors(run), ht.run_errors(turned).input_rounding
+    for error in (errors.theta, errors.phi, errors.psi, same):
         assert 1e-79 < error < 1e-73
+    assert same == errors.input_rounding
 
 
 def test_whole_turns_are_errors_through_a_pole_too():

@@ -29,7 +29,15 @@ from heavytop.run.own_motion import OWN_SPARE_DIGITS, some
 from heavytop.run.plan import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
-from heavytop.scene.quantities import ANGLES, QUANTITIES, columns_of, judged, values_of
+from heavytop.scene.quantities import (
+    ANGLES,
+    QUANTITIES,
+    Need,
+    columns_of,
+    judged,
+    need_of,
+    values_of,
+)
 from heavytop.text import Shown
 
 Array = NDArray[Any]
@@ -58,8 +66,8 @@ class Errors(Shown):
     event_time : float or None
         Over turning points and reversals [s].
     input_rounding : float or None
-        What the rounding of the scene's numbers to double does to the wanted angles at the end
-        [rad].
+        What the rounding of the scene's numbers to double does at the end to the angles that the
+        wanted quantities need, and to the axis as a length [rad].
     derived : dict from str to float
         Of what the scene wants that follows from other columns [each in its unit].
     why_not : str
@@ -120,8 +128,9 @@ def run_errors(trajectory: Trajectory) -> Errors:
         off["event_time"], _ = _lateness(trajectory, own.closed_form)
         end = run.t[fixed[-1:]]
         rounded, unrounded = (trajectory.exact(x, end) for x in (own.closed_form, scene))
-        angles = {"theta", *wants}.intersection(ANGLES)
-        rounding = _apart(trajectory, rounded, unrounded, angles)
+        need = max(need_of(wants), Need.TILT)
+        moved = [name for name in (*ANGLES, "axis") if QUANTITIES[name].need <= need]
+        rounding = _apart(trajectory, rounded, unrounded, moved)
     except NoClosedForm as reason:
         return replace(nothing, why_not=str(reason))
     found: dict[str, Any] = {name: _double(x.max()) for name, x in off.items() if x.size}
