@@ -101,9 +101,8 @@ def test_beside_a_pass_phi_is_that_of_before_or_of_after(name, form):
     events, upper = trajectory.events, np.abs(trajectory.events.axis[:, 2])
     passes = np.flatnonzero((upper > 1 - 1e-12) & (events.t > 0))[:50:7]
     assert passes.size == 8
-    aside = 10.0 ** np.arange(-13, -5)
     for t, at_pole in zip(events.t[passes], events.phi[passes], strict=True):
-        before, after = (trajectory(t + sign * aside) for sign in (-1, 1))
+        before, after = (trajectory(t + s * 10.0 ** np.arange(-13, -5)) for s in (-1, 1))
         assert all(np.ptp(beside.phi[3:]) < 1e-3 for beside in (before, after))
         assert abs(after.phi[-1] - before.phi[-1] - np.pi) < 1e-3
         near = np.concatenate(([at_pole], before.phi, after.phi))
@@ -139,8 +138,7 @@ def test_the_closed_form_is_that_of_the_runs_own_numbers():
     """A start whose |q| is off one by 1e-9 is another top: the witness must know it."""
     trajectory = run(shipped("simo-wong", "span.periods=3.3"))
     orbit = trajectory.orbit
-    state = orbit.checkpoints[0].state.copy()
-    state[:4] *= 1 + 1e-9
+    state = orbit.checkpoints[0].state * np.array([1 + 1e-9] * 4 + [1, 1])
     start = replace(orbit.checkpoints[0], state=state)
     other = replace(trajectory, orbit=integrate(not_begun(orbit.integrator, start), trajectory.t))
     theta = other.own.closed_form.at(other.t).theta

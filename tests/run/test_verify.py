@@ -66,8 +66,7 @@ def test_the_bound_is_not_slack():
     assert run.plan.precision == "256 bits"
     turned = replace(run, scene=replace(run.scene, quantities=("attitude",)))  # needs all three
     errors, same = ht.run_errors(run), ht.run_errors(turned).input_rounding
-    for error in (errors.theta, errors.phi, errors.psi, same):
-        assert 1e-79 < error < 1e-73
+    assert all(1e-79 < x < 1e-73 for x in (errors.theta, errors.phi, errors.psi, same))
     assert same == errors.input_rounding
 
 
