@@ -135,5 +135,4 @@ def test_angles_by_theta_functions(name):
     at, begins = begun.at(t, 50), begun.at(0, 50)
     kappa = truth.omega3 - truth.b
     assert abs(mp.mpf(at.phi) - mp.mpf(begins.phi) - plus - minus) < mp.mpf(10) ** -48
-    found = mp.mpf(at.psi) - mp.mpf(begins.psi)
-    assert abs(found - kappa * t - plus + minus) < mp.mpf(10) ** -46
+    assert abs(mp.mpf(at.psi) - mp.mpf(begins.psi) - kappa * t - plus + minus) < mp.mpf(10) ** -46

@@ -159,8 +159,7 @@ PASSES = {
 def passing(name):
     """The motion, the pole that it passes, and half periods from u₁ to there."""
     (A, C, gMR, theta, phidot, psidot, thetadot), pole, half = PASSES[name]
-    begun = motion(A, C, gMR, theta, "0.3", "-0.7", thetadot, phidot, psidot)
-    return begun, pole, half
+    return motion(A, C, gMR, theta, "0.3", "-0.7", thetadot, phidot, psidot), pole, half
 
 
 @pytest.mark.parametrize("name", PASSES)

@@ -90,13 +90,17 @@ def test_no_form_loses_an_event_beside_a_pole(form, start, span, counted):
     assert ht.run_errors(run).event_time < 1e-29
 
 
-def test_an_event_that_is_none_is_not_found():
-    """Theta is constant, with l along the vertical; without gravity phidot never vanishes."""
-    form = FORMULATIONS["axis"].build()
+NONE = [("axis", "reversal", ["0", "-0.6", "0.8", "0", "0"])]
+NONE += [("subsystem", "turning", ["1", "-0.5", "0", "0"])]  # thetadot is linear in the state
+
+
+@pytest.mark.parametrize(("name", "event", "state"), NONE)
+def test_an_event_that_is_none_is_not_found(name, event, state):
+    """Theta is constant, with l along the vertical, without gravity; or one step is not enough."""
+    form = FORMULATIONS[name].build()
     known = {p.name: reals("1", 128)[()] for p in form.parameters} | {"g": reals("0", 128)[()]}
-    rows = reals(np.array([["0", "-0.6", "0.8", "0", "0"]]), 128)
-    t = reals(np.array(["0.5"]), 128)
-    _, found = newton_step(form, "reversal", Seen(t, 0 * t, rows), known, reals("1e-30", 128)[()])
+    t, rows = reals(np.array(["0.5"]), 128), reals(np.array([state]), 128)
+    _, found = newton_step(form, event, Seen(t, 0 * t, rows), known, reals("1e-30", 128)[()])
     assert found.tolist() == [False]
 
 

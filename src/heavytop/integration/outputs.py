@@ -273,12 +273,16 @@ def newton_step(
     """Return the zeros of an event function beside states in reals, and which of these have one.
 
     One step of Newton's method takes a state to it, along the tangent. Which part of the function
-    is left tells by which part of the step the state is still off: that must be below `small`,
-    relative to 1 or to the state, else there is none. A time of zero is the start.
+    is left tells by which part of the step the state is still off, and the change of the rates by
+    how much it left the curve: both must be below `small`, relative to 1 or to the state, else
+    there is none. A time of zero is the start.
     """
+
+    def rates_of(at: Seen) -> Array:
+        return np.stack(form_values(form, "derivatives", at.states, parameters, at.t), axis=-1)
+
     zero, slope = form_values(form, event, seen.states, parameters, seen.t)
-    rates = np.stack(form_values(form, "derivatives", seen.states, parameters, seen.t), axis=-1)
-    here = (seen.t == 0) | (zero == 0)
+    rates, here = rates_of(seen), (seen.t == 0) | (zero == 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.where(here, 0 * zero, -zero / slope)
         moved = change[:, None] * rates
@@ -286,7 +290,9 @@ def newton_step(
         left = abs(form_values(form, event, there.states, parameters, there.t)[0])
         part = np.where(here, 0 * zero, left / abs(zero))
         size, allowed = abs(moved), small * (1 + abs(seen.states))
-        found = (size <= allowed) | ((size * part[:, None] <= allowed) & (part < 1)[:, None])
+        bent = abs(change[:, None] * (rates_of(there) - rates)) / 2
+        close = (size * part[:, None] <= allowed) & (part < 1)[:, None] & (bent <= allowed)
+        found = (size <= allowed) | close
     found = found.all(axis=1)
     return there.where(found), found
 
