@@ -150,7 +150,7 @@ def off(run, times):
         return np.abs(getattr(seen, column) - np.array(exact, dtype=float)).max()
 
     def size(column):
-        return 1.0 if column == "axis" else max(1.0, abs(float(getattr(run.end, column))))
+        return max(1.0, float(np.max(np.abs(getattr(run.end, column)))))
 
     columns = [x for name in judged(run.scene.quantities) for x in columns_of(name)]
     motions = run.motion, run.own.closed_form
