@@ -134,8 +134,7 @@ def mpmath_tilt():
 @claim(MPMATH, 1e-36, "30 digits are requested; the run carries eight more", "integrator")
 def mpmath_tilt_run():
     """θ of the kicked top, run with 30 digits, vs the textbook's sn [rad]."""
-    scene = ht.load_scene("sicm-kicked", ["want.digits=30"])
-    run = ht.propagate(scene, formulation="axis")
+    run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=30"]), formulation="axis")
     truth = next(x for x in formulas() if x.name == "sicm-kicked")
     found = run.in_mpmath(run.t[1::100])
     pairs = zip(found.t, found.theta, strict=True)

@@ -22,7 +22,7 @@ from heavytop.studies import work_precision as timing
 from heavytop.studies.drift import perturbed_start
 from heavytop.studies.methods import method
 from heavytop.studies.steppers import set_up
-from heavytop.studies.work_precision import first_run, looks, settings
+from heavytop.studies.work_precision import first_run, settings, watch_times
 
 from ..integrators import rk4
 from ..results.made import POINT
@@ -38,7 +38,7 @@ def test_an_error_is_the_distance_from_the_closed_form(text, number):
     """Stepped here by the method's own stepper, and held against the closed form in doubles."""
     scene = ht.Scene(KICKED.top, perturbed_start(KICKED.start, 0, number), periods=1)
     made = set_up(scene, method(text))
-    end = made.stepper.output_time(looks(20)[-1] * made.period)
+    end = made.stepper.output_time(watch_times(20)[-1] * made.period)
     place = made.stepper.begin()
     while (after := made.stepper.block(place)).time < end:
         place = after

@@ -238,10 +238,11 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
     if motion.nutates and expected.need >= Need.PSI and beside_both and regular:
         why = "beside both poles, and no quadrature of psi is smooth at both"
         return "attitude", f"attitude: {why}; its equations are regular there"
-    begun = max(abs(float(x)) for x in (scene.start.phi, scene.start.psi))
-    turned = begun + abs(expected.reduced.kappa * expected.span)
-    if "attitude" in wants and turned * EPSILON > allowed:
-        return "attitude", f"attitude: it has no angles, which turn by {turned:.1e} rad"
+    if "attitude" in wants:
+        begun = max(abs(float(x)) for x in (scene.start.phi, scene.start.psi))
+        largest = begun + abs(expected.reduced.kappa * expected.span)
+        if largest * EPSILON > allowed:
+            return "attitude", f"attitude: it needs no angles, of up to {largest:.1e} rad"
     return "axis", "axis: quadratic, regular at the poles, and no angle grows in the state"
 
 

@@ -203,7 +203,7 @@ def _chunks(
     scene, chosen = scene_of(parameters["scene"]), method(text)
     start = perturbed_start(scene.start, parameters["seed"], int(number))
     found = set_up(Scene(scene.top, start, periods=1, name=scene.name), chosen)
-    periods = watched(_asked(parameters, chosen))
+    periods = watched(_error_times(parameters, chosen))
     times = [found.stepper.output_time(n * found.period) for n in periods]
     if checkpoint is None:
         order: float | None = chosen.published_order
@@ -310,7 +310,7 @@ def watched(times: Sequence[float]) -> list[float]:
     return sorted({*times, *(n for n in doubled if n < times[-1])})
 
 
-def _asked(parameters: Parameters, chosen: MethodEntry) -> tuple[float, ...]:
+def _error_times(parameters: Parameters, chosen: MethodEntry) -> tuple[float, ...]:
     """The times at which errors of a method are wanted."""
     return sample_times(min(parameters["periods"], chosen.reach), parameters["samples"])
 
@@ -338,7 +338,7 @@ def _method(journal: Journal, text: str) -> dict[str, Any]:
     skipped = absent or next((last.failed for last in lasts if last.failed), None)
     known = [] if skipped else [last.checkpoint for last in lasts]
     steps = [each["state"]["steps"] for each in known]
-    times = {*_asked(journal.parameters, chosen)}
+    times = {*_error_times(journal.parameters, chosen)}
     runs = [_columns(journal.rows(task), times) for task in tasks[: len(known)]]
     members = [_series(x) | {"steps": n} for x, n in zip(runs, steps, strict=True)]
     every = _series(_over(runs) if known else _columns(()))

@@ -164,7 +164,7 @@ def complete(
     points = tuple(_point(each, [*rows.values()]) for each, rows in runs.rows.items() if rows)
     skipped = tuple(_skipped(each, runs.refused[each]) for each in asked if not runs.rows[each])
     periods = parameters["periods"]
-    about = {"scene": parameters["scene"], "periods": periods, "phase": looks(periods)[-1]}
+    about = {"scene": parameters["scene"], "periods": periods, "phase": watch_times(periods)[-1]}
     about |= {"budget": budget, "versions": parameters["versions"]}
     return WorkPrecision(**about, points=points, skipped=skipped)
 
@@ -254,7 +254,8 @@ class Rounds:
                 self._time(start, each)
 
     def _time(self, start: int, each: MethodEntry) -> None:
-        *_, (_, _, seconds) = walk(self.ready(start, each), looks(self.periods)[-1])
+        run, end = self.ready(start, each), watch_times(self.periods)[-1]
+        *_, seconds = deque(walk(run, end), maxlen=1).pop()
         self.rows[each][start]["seconds"].append(seconds)
 
 
@@ -262,13 +263,13 @@ def _try(scene: Scene, text: str, mine: own.Origins, periods: float, limit: floa
     """In a worker: run a method once; what it raises is raised again where it is measured."""
     own.load(mine)
     with suppress(IntegrationFailed):
-        deque(walk(set_up(scene, method(text)), looks(periods)[-1], limit), maxlen=0)
+        deque(walk(set_up(scene, method(text)), watch_times(periods)[-1], limit), maxlen=0)
 
 
-def looks(periods: float) -> list[float]:
+def watch_times(periods: float) -> list[float]:
     """When the motion is looked at: at the last time for its errors, before lest a phase be lost.
 
-    >>> [round(n, 3) for n in looks(10)]
+    >>> [round(n, 3) for n in watch_times(10)]
     [0.618, 1.618, 3.618, 7.618, 9.618]
     """
     return watched(sample_times(periods, 2))
@@ -280,7 +281,7 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     It fails where it is not there after `limit` seconds, or its numbers are no longer finite.
     """
     stepper: Any = run.stepper
-    every, last, seconds = go(run, looks(periods), limit)
+    every, last, seconds = go(run, watch_times(periods), limit)
     off, lost = every[-1], LOST_PHASE * run.period
     if not math.isfinite(off.energy + off.theta + (off.axis or 0.0)):
         raise NotFinite
