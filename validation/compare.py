@@ -37,7 +37,7 @@ EXPLAINED = {  # pattern of a line of the list -> why it may stand there
     r"\bwhy: .*(θ is constant|stays on the ver)": "other facts of steady tops are facts alone",
     r"(samples\.(\w+dot|omega|quaternion)|document\.top): .gone. -> ": "a run has all its columns",
     r"document\.final\.psi_mod: ": "psi, itself held to 1e-14, takes no turns of a rounded phi",
-    r"((planar|pole-start)-17-(\d*[27]|150)|top --digits).*events\..*phi": "on a pole, of later times",
+    r"((planar|pole-start)-17-(\d*[27]|150)|top --digits).*events\..*phi": "a pole, at later times",
     r"check data.csv .*method\.(sentence|rounding): ": "what the rounding of a table does is told",
     r"(exponent|stderr\.\w+|growth\.\w+|orders\.[\w-]+): [\d.]+ ": "powers are fitted by numpy",
 }
