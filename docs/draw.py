@@ -16,7 +16,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import Affine2D
 
 import heavytop as ht
-from heavytop.plots.sphere import PUSH, View, axis_path, kind_panel, touched
+from heavytop.plots.sphere import PUSH, View, axis_path, kind_panel, push
 from heavytop.plots.style import BLUE, FAINT, GREEN, ORANGE, PURPLE, SKY, YELLOW, save
 from heavytop.plots.style import KIND_STYLES as LOOKS
 
@@ -129,7 +129,7 @@ def kind(ax, name, title, tag, seconds, seen):
     """Draw one panel, with the scene and the view below it."""
     scene = ht.load_scene(name)
     still = ht.Motion(scene.top, scene.start)
-    motion = touched(still) or still
+    motion = push(still) or still
     view = View.from_pole(*seen) if len(seen) == 2 else View.from_horizon(np.array(seen))
     kind_panel(ax, axis_path(motion, seconds), view, still.kind, pushed=motion is not still)
     at = {"transform": ax.transAxes, "ha": "center"}

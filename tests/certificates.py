@@ -12,5 +12,5 @@ def run_of(name, form="axis", **asked):
 
 
 def flow_of(trajectory):
-    own = binary_run(trajectory, trajectory.own.closed_form.period)
+    own = binary_run(trajectory, trajectory.binary_motion.closed_form.period)
     return own, own.flow()

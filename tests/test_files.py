@@ -8,7 +8,7 @@ import pytest
 import xarray
 
 import heavytop as ht
-from heavytop.files import write_text, write_whole
+from heavytop.files import write_atomic, write_text
 from heavytop.report.files import write_result
 
 SEAL_BYTES = 82
@@ -51,7 +51,7 @@ def test_a_failed_write_leaves_the_file_of_another_and_nothing_else(tmp_path):
         raise OSError("full")
 
     with pytest.raises(OSError, match="full"):
-        write_whole(path, half)
+        write_atomic(path, half)
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("result", "whole")]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.scene.quantities import ANGLES, QUANTITIES
-from heavytop.studies.steppers import ahead
+from heavytop.studies.steppers import time_shift
 
 
 def angles_of(formulation):
@@ -35,10 +35,10 @@ def with_states(run, rows):
 
 def phase_error(run, t=None):
     """How far the nutation runs ahead of the closed form at a time or at the end [s]."""
-    truth, at = run.own.closed_form, run.t[-1:] if t is None else np.array([t])
+    truth, at = run.binary_motion.closed_form, run.t[-1:] if t is None else np.array([t])
     there, exact, frequency = run(at), truth.at(at), 2 * np.pi / (truth.period or np.inf)
     off = np.cos(there.theta) - exact.u, -there.thetadot * np.sin(there.theta) - exact.udot
-    return float(ahead(*off, exact, frequency)[0])
+    return float(time_shift(*off, exact, frequency)[0])
 
 
 def same(a, b):

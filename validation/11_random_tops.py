@@ -15,8 +15,8 @@ import heavytop as ht
 from heavytop.claims import proof
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration.engine import Engine
-from heavytop.run.counts import tally
-from heavytop.scene.quantities import columns_of, judged
+from heavytop.run.counts import count_events
+from heavytop.scene.quantities import columns_of, judged_quantities
 
 # --- verdicts --------------------------------------------------------------------------------
 
@@ -152,8 +152,8 @@ def off(run, times):
     def size(column):
         return max(1.0, float(np.max(np.abs(getattr(run.end, column)))))
 
-    columns = [x for name in judged(run.scene.quantities) for x in columns_of(name)]
-    motions = run.motion, run.own.closed_form
+    columns = [x for name in judged_quantities(run.scene.quantities) for x in columns_of(name)]
+    motions = run.motion, run.binary_motion.closed_form
     return max(min(distance(m, x) for m in motions) / (allowed * size(x)) for x in columns)
 
 
@@ -177,7 +177,7 @@ def auto(scenes=200):
         times = np.array([draw.uniform(0, run.orbit.end) for _ in range(12)])
         chosen[run.plan.formulation, run.plan.precision, run.plan.projected] += 1
         tried += bool(run.plan.tried)
-        far, counts = off(run, times), tally(run.motion, run.orbit.end, scene.events) or {}
+        far, counts = off(run, times), count_events(run.motion, run.orbit.end, scene.events) or {}
         miscounted = any(not a <= run.events.count(name) <= b for name, (a, b) in counts.items())
         if not warned and (far > WITHIN or miscounted):
             unsaid.append((number, run.plan.formulation, scene.digits, far, miscounted))

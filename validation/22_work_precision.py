@@ -18,7 +18,7 @@ from tools import main
 import heavytop as ht
 from heavytop.claims import proof
 from heavytop.results import work_precision as results
-from heavytop.results.base import grouped
+from heavytop.results.base import group
 from heavytop.scene.quantities import QUANTITIES
 
 FOLDER = Path("out") / "work-precision"
@@ -33,7 +33,7 @@ IN_TABLE = ("auto", "taylor-cubic", "taylor-axis", "taylor-attitude", "taylor-la
 
 def table(document):
     """A row for some methods; then where others lead."""
-    every = grouped(document["points"], "method", "measures").values()
+    every = group(document["points"], "method", "measures").values()
     rows = [row(points) for points in every if points[0]["method"] in IN_TABLE]
     leading = markdown(FASTEST, where_rivals_lead(document["points"]), left=4)
     return "\n\n".join([markdown(HEADINGS, rows), leading, "\n".join(others(document))])

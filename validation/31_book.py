@@ -178,10 +178,10 @@ def book_lagrangian():
     The book's L, typed here, against that of our symbols at random states.
     """
     from heavytop.equations import lagrangian as ours
-    from heavytop.equations.lambdify import lambdified
+    from heavytop.equations.lambdify import lambdify
 
     symbols = (ours.A, ours.C, ours.gMR, *ours.COORDINATES, *ours.VELOCITIES)
-    mine = lambdified([ours.lagrangian()], symbols)
+    mine = lambdify([ours.lagrangian()], symbols)
     a, c, g, theta, phi, psi, tilt, turn, spin = np.random.default_rng(3).uniform(0.2, 3, (9, 500))
     across = tilt**2 + turn**2 * np.sin(theta) ** 2
     along = (spin + turn * np.cos(theta)) ** 2
@@ -258,7 +258,7 @@ def book_exercise_2_11():
     Sum of m v^2/2 over point masses, against T with the moments that our top has of parts.
     """
     from heavytop.equations import lagrangian as ours
-    from heavytop.equations.lambdify import lambdified
+    from heavytop.equations.lambdify import lambdify
 
     masses, places = body()
     M, centre = masses.sum(), (masses @ places) / masses.sum()
@@ -271,7 +271,7 @@ def book_exercise_2_11():
         gravity=1,
     )
     symbols = (ours.A, ours.C, *ours.COORDINATES, *ours.VELOCITIES)
-    mine = lambdified([ours.kinetic_energy()], symbols)
+    mine = lambdify([ours.kinetic_energy()], symbols)
     worst = 0.0
     for *angles, tilt, turn, spin in np.random.default_rng(11).uniform(-3, 3, (100, 6)):
         rotation, nodes, up, axis = turned(*angles)

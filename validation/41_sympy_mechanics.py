@@ -9,7 +9,7 @@ from tools import farthest, most
 
 from heavytop.claims import Authority, claim
 from heavytop.equations import lagrangian as ours
-from heavytop.equations.lambdify import lambdified
+from heavytop.equations.lambdify import lambdify
 
 SYMPY = Authority("sympy.physics.mechanics: Lagrange's method", "program")
 NUMBERS = {"A": sp.Rational(13, 10), "C": sp.Rational(7, 10), "gMR": sp.Rational(21, 10)}
@@ -48,7 +48,7 @@ def states(count=200):
 def sympy_accelerations():
     """accelerations at 200 random states vs those of sympy's mechanics, relative to 1 + |x|."""
     symbols = (*ours.COORDINATES, *ours.VELOCITIES)
-    mine = lambdified([x.subs(TOP) for x in ours.accelerations()], symbols)
+    mine = lambdify([x.subs(TOP) for x in ours.accelerations()], symbols)
     mass, forcing = theirs()
     worst = 0.0
     for state in states():

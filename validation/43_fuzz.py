@@ -21,7 +21,7 @@ import heavytop as ht
 from heavytop.claims import proof
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible
-from heavytop.run.counts import tally
+from heavytop.run.counts import count_events
 from heavytop.scene.quantities import ANGLES
 
 # --- scenes ----------------------------------------------------------------------------------
@@ -241,7 +241,7 @@ def attempted(run, *asked):
 def digits_missed(scene, found):
     """What is farther off than allowed both from the scene's motion and from the run's own."""
     form = Digits(motion_of(scene), scene.digits + SPARE)
-    own = Digits(found.own.closed_form, scene.digits + SPARE)
+    own = Digits(found.binary_motion.closed_form, scene.digits + SPARE)
     bound, end = 10.0**-scene.digits, form(found.t[-1])
     passing = str(form.motion.kind) in ("through-top", "through-bottom", "planar-pendulum")
     for sample in looked_at(scene, found):
@@ -398,7 +398,7 @@ def not_numbers(run):
 
 def true_states(run):
     """The exact states at the samples, from the run's own start."""
-    form = Digits(run.own.closed_form, TRUE_DIGITS)
+    form = Digits(run.binary_motion.closed_form, TRUE_DIGITS)
     return [form(t) for t in (run.t.tolist() if run.in_doubles else run.in_mpmath().t)]
 
 
@@ -437,7 +437,7 @@ def wrong_of_many(run, i, top):
     start = ht.State(**{name: top[name] for name in STATE})
     motion = ht.Motion(ht.Top(*(top[name] for name in TOP)), start)
     try:
-        exact, counted = motion.at(top["time"], 40), tally(motion, top["time"], WATCHED)
+        exact, counted = motion.at(top["time"], 40), count_events(motion, top["time"], WATCHED)
     except ht.HeavyTopError:  # no closed form to hold it against
         return
     off = abs(run.final.theta[i] - float(exact.theta))

@@ -44,7 +44,7 @@ def drawn(seed):
 
 def times_to_look_at(run, rng, times, taken):
     """Return the times, of many, at which errors in doubles are largest, and some random ones."""
-    known, form = {name: [] for name in NAMES}, run.own.closed_form.at
+    known, form = {name: [] for name in NAMES}, run.binary_motion.closed_form.at
     for _ in range(0, times, PART):
         some = np.sort(run.orbit.end * rng.uniform(0, 1, min(PART, times)))
         seen, true = run(some), form(some)
@@ -59,7 +59,7 @@ def times_to_look_at(run, rng, times, taken):
 
 def largest_errors(run, seed, **look):
     """Return the largest errors found, in 128 bits."""
-    exact, found = Digits(run.own.closed_form, DIGITS), dict.fromkeys(NAMES, 0.0)
+    exact, found = Digits(run.binary_motion.closed_form, DIGITS), dict.fromkeys(NAMES, 0.0)
     times = sorted(times_to_look_at(run, np.random.default_rng(seed), **look))
     seen = run(np.array(times))
     for k, t in enumerate(times):

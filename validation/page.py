@@ -15,7 +15,7 @@ from pathlib import Path
 
 from heavytop.claims import load_claims
 from heavytop.doctor import cpu_model, version
-from heavytop.results.base import grouped
+from heavytop.results.base import group
 from heavytop.results.table import Table
 from heavytop.scene.quantities import Quantity
 
@@ -79,7 +79,7 @@ def row(authority, claims):
 
 def claims_table(document):
     """A row for each authority."""
-    rows = (row(*each, claims) for each, claims in grouped(document["claims"], "authority").items())
+    rows = (row(*each, claims) for each, claims in group(document["claims"], "authority").items())
     return markdown(HEAD, rows, left=2)
 
 

@@ -24,7 +24,7 @@ from .classification import (
 )
 from .classification.classify import classify as classify
 from .classification.many import classify_many as classify_many
-from .comparison.own import Method as Method
+from .comparison.user import Method as Method
 from .errors import (
     BadScene as BadScene,
     DoubtfulWarning as DoubtfulWarning,

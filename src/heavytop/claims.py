@@ -27,7 +27,7 @@ from heavytop.results.validation import THIS_PROJECT, Validation
 from heavytop.scene import arguments
 from heavytop.studies.journal import Chunk, Journal, Parameters
 from heavytop.studies.study import Progress, run
-from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
+from heavytop.studies.workers import TIMED_WORKER, Processes, TimedOut, WorkerLost
 from heavytop.text import in_a_line
 
 KIND: Final = "claims"
@@ -282,13 +282,13 @@ def validate(
     parameters = {
         "kind": KIND, "asked": [*dict.fromkeys(asked)], "proofs": proofs,
         "claims": [name for name, each in every.items() if wanted(each)], "scripts": place,
-        "code": _code(place), "versions": versions(),
+        "code": _code_digest(place), "versions": versions(),
     }  # fmt: skip
     with Journal.open(folder, parameters) as journal:
         return complete(journal, jobs=jobs, on_progress=progress)
 
 
-def _code(scripts: str | None) -> str:
+def _code_digest(scripts: str | None) -> str:
     """A digest of what is measured, and of what measures: both may have changed since a kill."""
     files = sorted([*PACKAGE.rglob("*.py"), *Path(scripts or SCRIPTS_FOLDER).glob("*.py")])
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
@@ -314,7 +314,7 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
     began = time.monotonic()
     try:
         rows = TIMED_WORKER.call(measure_task, scripts, task, timeout=chosen.limit_s)
-    except (TimedOut, Lost) as fault:
+    except (TimedOut, WorkerLost) as fault:
         rows = [chosen.judge(failure=str(fault))]
     yield Chunk(rows=rows, done=True, seconds=time.monotonic() - began)
 
@@ -340,7 +340,7 @@ def complete(journal: Journal, *, jobs: int = 1, executor: Any = None, **how: An
         The code is another than that of which the folder has what was measured.
     """
     parameters = journal.parameters
-    journal.expect({**parameters, "code": _code(parameters["scripts"])})
+    journal.expect({**parameters, "code": _code_digest(parameters["scripts"])})
     # In other processes even if it is one: Ctrl-C is answered at once, whatever a claim is at.
     run(journal, executor=executor or Processes(1 if parameters["proofs"] else jobs), **how)
     found: list[Any] = []

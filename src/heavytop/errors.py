@@ -15,7 +15,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
-from heavytop.text import harmless
+from heavytop.text import printable
 
 
 class Exit(IntEnum):
@@ -89,7 +89,7 @@ class Fault:
         place = f"{self.file}{line}: " if self.file else ""
         what = f"{self.key} = {self.value}" if self.value else self.key
         hint = f" ({self.hint})" if self.hint else ""
-        return harmless(f"{place}{what}: {self.rule}{hint}")
+        return printable(f"{place}{what}: {self.rule}{hint}")
 
 
 class Impossible(HeavyTopError, ValueError):

@@ -15,7 +15,7 @@ from threading import get_ident
 from typing import Any, Final
 
 from heavytop.errors import ForeignFile, InUse
-from heavytop.text import harmless
+from heavytop.text import printable
 
 FAULTS: Final = (
     OSError, LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError
@@ -43,7 +43,7 @@ def as_json(document: Mapping[str, Any]) -> str:
     return json.dumps(document, indent=2, allow_nan=False)
 
 
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a temporary neighbour of `path`, then rename it into place.
 
     A reader, or a crash at any moment, finds the old file or the new one, never a part.
@@ -71,7 +71,7 @@ def remove_parts(folder: Path, names: Collection[str]) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write a text, whole, as UTF-8, with the same ends of lines on every system."""
-    write_whole(path, lambda part: part.write_text(text, encoding="utf-8", newline="\n"))
+    write_atomic(path, lambda part: part.write_text(text, encoding="utf-8", newline="\n"))
 
 
 def write_document(path: Path, document: Mapping[str, Any]) -> None:
@@ -80,7 +80,7 @@ def write_document(path: Path, document: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def not_as_written(path: object) -> Iterator[None]:
+def expect_intact(path: object) -> Iterator[None]:
     """Refuse a file by its name where what it holds is not what a command wrote.
 
     Raises
@@ -95,11 +95,11 @@ def not_as_written(path: object) -> Iterator[None]:
         why = f"not what was written ({type(fault).__name__}: {fault})"
         if isinstance(fault, FileNotFoundError):
             why = "no such file"
-        raise ForeignFile(f"{harmless(path)}: {harmless(why)[:240]}") from fault
+        raise ForeignFile(f"{printable(path)}: {printable(why)[:240]}") from fault
 
 
 @contextmanager
-def locked(path: Path) -> Iterator[None]:
+def lock(path: Path) -> Iterator[None]:
     """Hold the lock of a folder; it ends with its holder, however that ends.
 
     Raises
@@ -150,7 +150,7 @@ def write_sealed(path: Path, write: Callable[[Path], object]) -> None:
             file.seek(0, os.SEEK_END)
             file.write(SEAL % digest(data))
 
-    write_whole(path, sealed)
+    write_atomic(path, sealed)
 
 
 def expect_sealed(path: Path) -> None:
@@ -177,7 +177,7 @@ def open_sealed(path: Path) -> Iterator[Any]:
     """
     import h5py
 
-    with not_as_written(path):
+    with expect_intact(path):
         expect_sealed(path)
         with h5py.File(path, "r") as found:
             yield found

@@ -19,7 +19,7 @@ NOTEBOOK, DRAWING = "heavytop.report.notebook", "heavytop.plots.drawing"
 # --- names -----------------------------------------------------------------------------------
 
 
-def article(name: str) -> str:
+def with_article(name: str) -> str:
     """Return a name with its indefinite article.
 
     Examples
@@ -73,7 +73,7 @@ def closest(value: object, known: Iterable[str]) -> str:
 # --- spelling --------------------------------------------------------------------------------
 
 
-def harmless(text: object) -> str:
+def printable(text: object) -> str:
     r"""The text on one line, with what a terminal would act on spelled out.
 
     Examples
@@ -190,7 +190,7 @@ class Plotted(Shown):
         >>> ht.Motion(scene.top, scene.start).plot("theta", ax=ax, color="black", lw=2) is ax
         True
         """
-        drawn: Axes = import_module(DRAWING).plotted(self, what, ax, unit, style)
+        drawn: Axes = import_module(DRAWING).plot_picture(self, what, ax, unit, style)
         return drawn
 
 

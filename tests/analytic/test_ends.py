@@ -5,7 +5,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.analytic.ends import ends_many
-from heavytop.run.counts import tally
+from heavytop.run.counts import count_events
 
 from ..starts import nasty, regular, top_and_state
 
@@ -51,7 +51,7 @@ def test_ends_and_counts_are_those_of_a_motion_and_of_the_tally(starts):
     assert (across / found.doubt[known]).max() > 1 / 30
     assert max(across.max(), angles.max()) < 1e-11
     for i in range(500):
-        counts = tally(motion_of(start, i), float(time[i]), EVENTS)
+        counts = count_events(motion_of(start, i), float(time[i]), EVENTS)
         for event in EVENTS:
             least, most = found.counts[event][:, i]
             if np.isfinite(least):

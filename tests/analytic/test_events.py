@@ -1,4 +1,4 @@
-"""Counts and times of events, proved, against signs of rates at many times and against `tally`."""
+"""Counts and times of events, proved, against signs of rates and against `count_events`."""
 
 import random
 from fractions import Fraction
@@ -10,7 +10,7 @@ from heavytop.analytic.motion import ClosedForm
 from heavytop.errors import Impossible, Unseparated
 from heavytop.exact import Exact
 from heavytop.exact.balls import Interval
-from heavytop.run.counts import tally
+from heavytop.run.counts import count_events
 
 from ..motions import MOTIONS, motion, named
 from ..views import Bounds
@@ -50,10 +50,10 @@ def changes(begun, end):
 
 
 def held(begun, end):
-    """Counts to an end against signs, the start itself apart, and against `tally`."""
+    """Counts to an end against signs, the start itself apart, and against `count_events`."""
     found = enclosed(begun)
     counted = {event: found.count(event, end) for event in EVENTS}
-    if (there := tally(begun, end)) is not None:
+    if (there := count_events(begun, end)) is not None:
         for event, number in counted.items():
             assert there[event][0] <= number <= there[event][1], event
     if begun.nutates:

@@ -28,7 +28,7 @@ def test_the_solution_is_that_of_the_elliptic_functions(name):
     """Two enclosures of one motion: by integrating the equations in balls, and in closed form."""
     trajectory = run_of(name)
     _, flow = flow_of(trajectory)
-    form = Digits(trajectory.own.closed_form, 30)
+    form = Digits(trajectory.binary_motion.closed_form, 30)
     for t in RNG.uniform(0, flow.period[0], 12):
         exact = form(float(t))
         with working(flow.bits):
@@ -43,7 +43,7 @@ def test_the_solution_is_that_of_the_elliptic_functions(name):
 def test_many_periods_later_it_is_turned(form):
     trajectory = run_of("sicm-kicked", form, periods=1000, digits=9)
     _, flow = flow_of(trajectory)
-    exact = Digits(trajectory.own.closed_form, 30)
+    exact = Digits(trajectory.binary_motion.closed_form, 30)
     times = RNG.uniform(0, trajectory.orbit.end, 6)
     (high, _), off = flow.at((times, np.zeros(6)))
     for k, t in enumerate(times):
@@ -65,7 +65,7 @@ def test_the_angles_are_near_those_of_the_elliptic_functions(name, form, periods
     trajectory = run_of(name, form, periods=periods, samples=2, events=(), digits=6)
     own, flow = flow_of(trajectory)
     times = trajectory.orbit.end * RNG.uniform(0, 1, 2000)
-    exact = trajectory.own.closed_form.at(times)
+    exact = trajectory.binary_motion.closed_form.at(times)
     near = flow.angles_near(times * own.integrator.pace)
     for angle, x in near.items():
         assert np.max(np.abs(x - getattr(exact, angle))) < np.pi / 2
@@ -95,7 +95,7 @@ def test_a_flow_that_is_wrong_does_not_close(monkeypatch):
         place: 1.000001 * a for place, a in angles(self, last).items()
     })  # fmt: skip
     with pytest.raises(TooCoarse, match="after a period"):
-        Flow(core, own.integrator.own_constants, start, 3.0, own.period)
+        Flow(core, own.integrator.scaled_constants, start, 3.0, own.period)
 
 
 def test_the_period_is_proved_whatever_it_is_said_to_be(monkeypatch):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flint import arb
 
-from heavytop.certificate.bounds import _of_attitude, bound
+from heavytop.certificate.bounds import _attitude_outputs, bound
 from heavytop.certificate.steps import STEP_MARGIN, defects
 from heavytop.exact.balls import working
 
@@ -98,7 +98,7 @@ def test_the_axis_of_a_quaternion_is_rounded_within_its_bound():
     q = RNG.normal(size=(4, 300))
     q /= np.sqrt((q * q).sum(axis=0))
     states = np.concatenate((q, np.zeros((2, 300))))
-    rounding = _of_attitude(states, 0 * states, np.zeros(300))["axis"].rounding
+    rounding = _attitude_outputs(states, 0 * states, np.zeros(300))["axis"].rounding
     a, b, c, d = q
     mine = 2 * a * c + 2 * b * d, -2 * a * b + 2 * c * d, a**2 - b**2 - c**2 + d**2
     for k in range(300):

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.comparison import make_stepper, named, own
+from heavytop.comparison import make_stepper, named, user
 from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.run.own_motion import binary_start
+from heavytop.run.binary_motion import binary_start
 
 SPAN = 0.77  # s, not a multiple of the period: an error of phase shows at first order
 
@@ -31,7 +31,7 @@ def started(formulation="axis"):
 
 def set_up(asked, setting=None, period=None, steps=None, start=None, **more):
     """The stepper of a method, or a test that is skipped by name where its packages are missing."""
-    method = named(own.register(asked))
+    method = named(user.register(asked))
     if missing := method.absent:
         pytest.skip(f"{asked} needs {' and '.join(missing)}")
     if setting is not None:

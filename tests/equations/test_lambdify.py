@@ -11,11 +11,11 @@ import pytest
 import sympy as sp
 
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.equations.lambdify import Rounded, evaluated, exact_values, lambdified
+from heavytop.equations.lambdify import Rounded, evaluate, exact_values, lambdify
 from heavytop.errors import NotANumber, WrongType
 from heavytop.exact import PI, Exact
-from heavytop.integration.system import translated
-from heavytop.run.own_motion import start_values
+from heavytop.integration.system import translate
+from heavytop.run.binary_motion import start_values
 from heavytop.scene.scene import load_scene
 from heavytop.scene.scene_file import shipped_scenes
 
@@ -25,7 +25,7 @@ X, Y = hy.make_vars("x", "y")
 
 def value_at(expression, precision):
     """Evaluate a translated expression at x = 3/4, y = 5/8, numbers exact in any precision."""
-    there = translated([expression], {"x": X, "y": Y}, precision)
+    there = translate([expression], {"x": X, "y": Y}, precision)
     kind = {} if precision == 53 else {"fp_type": hy.real, "prec": precision}
     function = hy.cfunc(there, [X, Y], compact_mode=True, **kind)
     numbers = [x if precision == 53 else hy.real(x, precision) for x in (0.75, 0.625)]
@@ -65,7 +65,7 @@ UNTRANSLATABLE = {
 @pytest.mark.parametrize("named", UNTRANSLATABLE)
 def test_what_cannot_be_translated_is_named(named):
     with pytest.raises(WrongType, match=re.escape(named)):
-        translated([UNTRANSLATABLE[named]], {"x": X, "y": Y})
+        translate([UNTRANSLATABLE[named]], {"x": X, "y": Y})
 
 
 @pytest.mark.parametrize("name", FORMULATIONS)
@@ -84,11 +84,11 @@ def test_every_arithmetic_gives_the_rates_that_sympy_gives(name):
     by_math, by_mpmath = (
         {name: getattr(library, name) for name in ("sin", "cos", "sqrt")} for library in (math, ctx)
     )
-    precise = lambdified(form.derivatives, symbols, ctx.mpf, by_mpmath)
-    compiled = hy.cfunc(translated(form.derivatives, variables), [*variables.values()])
+    precise = lambdify(form.derivatives, symbols, ctx.mpf, by_mpmath)
+    compiled = hy.cfunc(translate(form.derivatives, variables), [*variables.values()])
     for rates, bound in (
-        (lambdified(form.derivatives, symbols)(*doubles), 1e-14),
-        (evaluated(form.derivatives, named, float, by_math), 1e-14),
+        (lambdify(form.derivatives, symbols)(*doubles), 1e-14),
+        (evaluate(form.derivatives, named, float, by_math), 1e-14),
         (compiled(np.array(doubles)), 1e-14),
         (precise(*map(ctx.mpf, doubles)), 1e-48),  # these are exact
     ):

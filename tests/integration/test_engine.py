@@ -154,13 +154,13 @@ def test_threads_change_no_bit_of_a_step(monkeypatch):
 @pytest.mark.parametrize("changes", [["span.periods=1000"], ["want.digits=310", "span.time=1"]])
 def test_no_step_is_taken_twice(changes, monkeypatch):
     """Samples far ahead are left out of a block, but none that it reaches."""
-    taken, away = [], engine.Engine._away
+    taken, step = [], engine.Engine._step
 
     def counted(self, *asked, **how):
-        found = away(self, *asked, **how)
+        found = step(self, *asked, **how)
         taken.append(found[3])
         return found
 
-    monkeypatch.setattr(engine.Engine, "_away", counted)
+    monkeypatch.setattr(engine.Engine, "_step", counted)
     run = ht.propagate(ht.load_scene("sicm-kicked", changes), formulation="axis")
     assert sum(taken) == run.statistics.steps

@@ -79,8 +79,8 @@ def integrator_of(run):
 def test_legs_lose_no_time(whole, monkeypatch):
     """Samples and events of a late leg are those of a block of it alone, low words and all."""
     integrator, start = integrator_of(whole)
-    stride, step = integrator.projection.stride, integrator.cautious_step(start, 1e4)
-    monkeypatch.setattr(Integrator, "cautious_step", lambda *_: step)
+    stride, step = integrator.projection.stride, integrator.first_step_bound(start, 1e4)
+    monkeypatch.setattr(Integrator, "first_step_bound", lambda *_: step)
     monkeypatch.setattr(Projection, "longest", lambda *_: step)
     begun = integrator.block(start, 20 * stride, 1e4).end
     wanted = begun.time[0] + np.array([1.0, 1.7])
@@ -114,7 +114,7 @@ def test_the_last_step_is_the_one_that_passes_the_end(how):
 def test_events_are_those_of_the_own_motion(whole):
     turning = whole.events.is_turning
     n = np.arange(1401)
-    expected = n * whole.own.closed_form.period / 2
+    expected = n * whole.binary_motion.closed_form.period / 2
     ulps = np.abs(whole.events.t[turning] - expected) / np.spacing(np.maximum(expected, 1.0))
     assert (ulps / np.sqrt(np.maximum(n, 1))).max() < 4
     low = whole.events.t_low[1:]  # the start itself is an event, at exactly 0
@@ -125,7 +125,7 @@ def test_steps_do_not_fall_into_a_cycle():
     """Natural steps of the cubic form do, and their phase error then grows as the time itself."""
     starts = (scene(30_001, "want.events=[]", f"start.theta={0.1 + k / 1000}") for k in range(8))
     runs = [ht.propagate(each, formulation="cubic", projected=True) for each in starts]
-    phases = [phase_error(run, (30_000 + 2 / 3) * run.own.closed_form.period) for run in runs]
+    phases = [phase_error(x, (30_000 + 2 / 3) * x.binary_motion.closed_form.period) for x in runs]
     assert np.sqrt(np.mean(np.square(phases))) < 2e-14
 
 
@@ -157,7 +157,7 @@ def test_a_form_without_invariants_is_refused_by_name():
 
 
 def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):
-    monkeypatch.setattr(formulation, "extended", lambda: projection.EPSILON)
+    monkeypatch.setattr(formulation, "long_epsilon", lambda: projection.EPSILON)
     with pytest.raises(ht.BadScene, match="long double has no more digits than double"):
         ht.propagate(scene(1), projected=True)
 

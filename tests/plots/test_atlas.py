@@ -7,7 +7,7 @@ from matplotlib.colors import to_rgba
 import heavytop as ht
 from heavytop.plots.atlas import atlas_figure
 from heavytop.plots.style import KIND_STYLES
-from heavytop.scene.quantities import read_units, showing
+from heavytop.scene.quantities import read_units, show_units
 
 from .test_studies import legend
 
@@ -31,7 +31,7 @@ def atlas():
 
 
 def test_an_atlas_says_what_is_held_and_where_its_scene_is(atlas):
-    with showing(read_units("rpm,g cm^2")):
+    with show_units(read_units("rpm,g cm^2")):
         chart = atlas_figure(atlas)
     assert "A = 3280 g cm^2, C = 660 g cm^2, gMR = 0.0456 J, θ = 0.1 rad" in chart.get_suptitle()
     *curves, [mark] = (line.get_xydata() * np.pi / 30 for line in chart.axes[0].lines)

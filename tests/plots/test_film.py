@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import heavytop as ht
 from heavytop.plots.drawn_run import Clip
-from heavytop.plots.film import BODY_COLOUR, MOMENTUM, PATCH, Shot
+from heavytop.plots.film import BODY_COLOUR, MOMENTUM, PATCH, FilmScene
 
 SIZE = (800, 600)
 SCENE = ht.load_scene("sicm-kicked")
@@ -21,7 +21,7 @@ def shot(name="sicm-kicked", changes=(), *, size=SIZE, follow=False, **asked):
     scene = ht.load_scene(name, changes)
     motion = ht.Motion(scene.top, scene.start)
     end = float(scene.time or scene.periods * motion.period)
-    return Shot(scene, Clip.of(motion, end, 10.0, **asked), size, follow)
+    return FilmScene(scene, Clip.of(motion, end, 10.0, **asked), size, follow)
 
 
 def pixel(stage, view, point):

@@ -11,7 +11,7 @@ import pytest
 from heavytop.plots import style
 from heavytop.report import page as pages
 from heavytop.report.page import Page, page_of
-from heavytop.scene.quantities import read_units, showing
+from heavytop.scene.quantities import read_units, show_units
 from heavytop.scene.scene import load_scene, read_scene
 
 from ..commands import document, printed, refused
@@ -80,7 +80,7 @@ def test_claims_that_fail_are_named_in_the_head_and_their_table_is_read_first(pa
 
 
 def test_every_number_of_a_run_is_in_the_units_that_were_asked_for(place):
-    with showing(read_units("deg,rpm,ms")):
+    with show_units(read_units("deg,rpm,ms")):
         seen = Seen(page_of([place / "run"]).html())
     shown = " ".join(seen.texts)
     assert not re.search(r"\brad\b|\d s\b|\[s\]", shown)

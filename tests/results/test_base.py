@@ -11,7 +11,7 @@ from heavytop.errors import ForeignFile
 from heavytop.results import base
 from heavytop.results.base import Result
 from heavytop.results.table import Table, as_rows
-from heavytop.scene.quantities import MISSING, QUANTITIES, read_units, showing
+from heavytop.scene.quantities import MISSING, QUANTITIES, read_units, show_units
 
 HOSTILE = "<script>alert(1)</script> [red]x[/red] \\[bold] \x1b[31m"
 RUNS = ({"case": "a|b", "theta": 2 / 3, "bound": 1.41e-15}, {"case": "b", "theta": None})
@@ -105,9 +105,9 @@ def test_a_bound_is_never_rounded_down(bound):
     ({"quaternion": [1, 0.5]}, "q = [1, 0.5]", None), ({"theta": 0}, "all zero", None),
 ])  # fmt: skip
 def test_what_is_given_is_shown_with_units(values, text, in_degrees):
-    assert base.given(values) == text
-    with showing(read_units("deg,deg/s")):
-        assert base.given(values) == (in_degrees or text)
+    assert base.nonzero(values) == text
+    with show_units(read_units("deg,deg/s")):
+        assert base.nonzero(values) == (in_degrees or text)
 
 
 # --- stored ------------------------------------------------------------------------------------

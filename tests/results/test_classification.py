@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.results.classification import classified, motion_summary
+from heavytop.results.classification import classify_scene, motion_summary
 from heavytop.scene.scene_file import shipped_scenes
 
 from .. import commands
@@ -16,7 +16,7 @@ from ..motions import shipped
 
 def document(scene, *changes):
     """The document as JSON has it."""
-    found = classified(ht.load_scene(scene, changes)).document()
+    found = classify_scene(ht.load_scene(scene, changes)).document()
     return json.loads(json.dumps(found, allow_nan=False))
 
 

@@ -39,7 +39,7 @@ def test_the_journal_of_another_study_tells_no_times():
 
 def test_its_times_are_in_the_journal_of_its_folder(tmp_path):
     found = ht.drift(SCENE, methods=["taylor-axis"], periods=5, samples=2, folder=tmp_path)
-    [timed], [stored] = found.methods, replace(found, **found.timeless()).methods
+    [timed], [stored] = found.methods, replace(found, **found.without_times()).methods
     assert stored.us_per_period is None
     [again] = replace(found, methods=(stored,)).timed(Journal.read(tmp_path)).methods
     assert again.us_per_period == timed.us_per_period > 0

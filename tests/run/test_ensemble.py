@@ -6,7 +6,7 @@ import pytest
 import heavytop as ht
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import HeavyTopError, Outcome
-from heavytop.run.counts import tally
+from heavytop.run.counts import count_events
 from heavytop.run.ensemble import Ensemble
 from heavytop.scene.quantities import Need
 
@@ -113,7 +113,7 @@ def test_a_start_on_a_reversal_or_a_cusp_counts_as_it_does(thetadot, phi):
     """φ̇ = 0 in loops, and from rest: the numbers are those of the closed form."""
     tilts, start = np.linspace(0.2, 1.4, 13), {"thetadot": thetadot, "phi": phi, "psidot": 200.0}
     found = ht.propagate_many(**SICM, theta=tilts, **start, time=0.7, events=EVENTS)
-    counts = [tally(ht.Motion(BOOK, ht.State(theta, **start)), 0.7) for theta in tilts.tolist()]
+    counts = [count_events(ht.Motion(BOOK, ht.State(x, **start)), 0.7) for x in tilts.tolist()]
     for event in found.events:
         assert found.count(event).tolist() == [count[event][0] for count in counts]
     assert (found.zeros.t[found.zeros.event == 1] == 0).sum() == (13 if thetadot else 0)

@@ -9,9 +9,9 @@ import pytest
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import Impossible
-from heavytop.integration.engine import Seen, reals
+from heavytop.integration.engine import TimedStates, reals
 from heavytop.integration.outputs import newton_step
-from heavytop.run.counts import schedule, tally
+from heavytop.run.counts import count_events, schedule
 from heavytop.run.verify import Misses
 
 from ..motions import BOOK, KICKED
@@ -100,7 +100,7 @@ def test_an_event_that_is_none_is_not_found(name, event, state):
     form = FORMULATIONS[name].build()
     known = {p.name: reals("1", 128)[()] for p in form.parameters} | {"g": reals("0", 128)[()]}
     t, rows = reals(np.array(["0.5"]), 128), reals(np.array([state]), 128)
-    _, found = newton_step(form, event, Seen(t, 0 * t, rows), known, reals("1e-30", 128)[()])
+    _, found = newton_step(form, event, TimedStates(t, 0 * t, rows), known, reals("1e-30", 128)[()])
     assert found.tolist() == [False]
 
 
@@ -109,11 +109,11 @@ def test_an_event_that_is_none_is_not_found(name, event, state):
 
 def test_a_count_says_where_an_end_leaves_it_open():
     motion = ht.Motion(BOOK, KICKED)
-    at_half = tally(motion, motion.period / 2)
+    at_half = count_events(motion, motion.period / 2)
     assert at_half == {"turning": (1, 2), "reversal": (1, 1), "cusp": (0, 0)}
-    assert tally(motion, 0.6 * motion.period, ("turning",)) == {"turning": (2, 2)}
-    assert tally(motion, motion.period, ()) is None
-    assert tally(ht.Motion(BOOK, ht.State(0, psidot=200)), 1.0) is None  # theta is constant
+    assert count_events(motion, 0.6 * motion.period, ("turning",)) == {"turning": (2, 2)}
+    assert count_events(motion, motion.period, ()) is None
+    assert count_events(ht.Motion(BOOK, ht.State(0, psidot=200)), 1.0) is None  # theta is constant
 
 
 @pytest.mark.parametrize(("name", "side"), [("through-top", 1), ("through-bottom", -1)])

@@ -15,7 +15,7 @@ import pytest
 import heavytop as ht
 from heavytop.cli import Exit
 from heavytop.report import files as report_files
-from heavytop.studies.journal import sealed
+from heavytop.studies.journal import seal
 
 from ..commands import fail_with, names, printed, refused
 from ..processes import begin, soon
@@ -221,7 +221,7 @@ def test_a_run_begun_by_other_versions_or_of_another_scene_is_refused(first, mon
     assert "of another scene (run --force" in refused(3, *PLAIN, "-o", tmp_path)
 
 
-STUDY = sealed(b'{"command":null,"parameters":{"kind":"drift","versions":{}}}').decode()
+STUDY = seal(b'{"command":null,"parameters":{"kind":"drift","versions":{}}}').decode()
 
 
 FOREIGN = [

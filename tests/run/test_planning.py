@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 import heavytop as ht
-from heavytop.run.estimates import Forecast
+from heavytop.run.estimates import CostModel
 from heavytop.run.verify import misses
 
 from ..commands import document
@@ -38,7 +38,7 @@ def test_bits_follow_from_digits_and_span():
     assert ht.plan(replace(scene, digits=60)).tolerance == 2.0**-255
     scene = replace(scene, digits=70)
     motion = ht.Motion(scene.top, scene.start)
-    far, near = (Forecast(scene, motion, end).bits("axis") for end in (1e6, 1.0))
+    far, near = (CostModel(scene, motion, end).bits("axis") for end in (1e6, 1.0))
     assert far > near
 
 

@@ -19,7 +19,7 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import EndedEarly, Impossible, Outcome
 from heavytop.exact import Exact
 from heavytop.run import propagation
-from heavytop.run.counts import tally
+from heavytop.run.counts import count_events
 from heavytop.run.verify import misses
 
 from ..motions import BOOK, KICKED, MOTIONS, named
@@ -61,7 +61,7 @@ def test_attitude_and_events_of_every_motion(name, time, formulation):
     if not motion.nutates:
         assert tuple(map(run.events.count, EVENTS)) in ((0, 0, 0), ("separatrix" in name, 0, 0))
         return
-    for event, (least, most) in tally(motion, run.orbit.end, EVENTS).items():
+    for event, (least, most) in count_events(motion, run.orbit.end, EVENTS).items():
         assert least <= run.events.count(event) <= most
 
 
@@ -184,7 +184,7 @@ def test_sampling_continuing_and_storing_change_no_bit(formulation, projected, c
     assert (loaded.scene, loaded.plan) == (one.scene, one.plan)
     assert repr(loaded.events.own) == repr(one.events.own)
     for name in one.samples.COLUMNS:
-        whole, *others = (getattr(run.own_samples, name) for run in (one, longer, loaded))
+        whole, *others = (getattr(run.raw_samples, name) for run in (one, longer, loaded))
         assert all(same(each, whole) for each in others), name
     assert same(*[ht.extend(x, 1.25 * end).orbit.checkpoints[-1].state for x in (one, loaded)])
 
@@ -266,11 +266,11 @@ def test_a_step_limit_ends_a_run_early_resumed_or_not_and_it_can_be_extended(mon
     ended = early.value.trajectory
     stopped = replace(ended, orbit=replace(ended.orbit, outcome=Outcome.INTERRUPTED))
     with pytest.raises(EndedEarly, match="step-limit") as again:
-        propagation.completed(stopped)
+        propagation.finish(stopped)
     assert again.value.trajectory.orbit.steps == ended.orbit.steps in range(8000, 12000)
     whole = ht.extend(ended, 1000)
     assert_same_run(whole, ht.propagate(scene, step_limit=10**6))
-    assert propagation.completed(whole) is whole
+    assert propagation.finish(whole) is whole
 
 
 def test_where_a_trajectory_may_end():

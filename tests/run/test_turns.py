@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.integration.orbit import integrate, not_begun
-from heavytop.run.own_motion import OwnMotion
+from heavytop.integration.orbit import integrate, start_orbit
+from heavytop.run.binary_motion import BinaryMotion
 
 pytestmark = pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
 
@@ -55,7 +55,7 @@ def assert_turns_of_lagrange(seed):
     time = periods * ht.Motion(top, start).period
     wanted = scene(top, start, time=time, samples=25, events=(), digits=6)
     counted = run(wanted, formulation="lagrange")
-    if np.max(np.abs(counted.theta - counted.own.closed_form.at(counted.t).theta)) > 1e-4:
+    if np.max(np.abs(counted.theta - counted.binary_motion.closed_form.at(counted.t).theta)) > 1e-4:
         return  # beside the unstable vertical: the motion itself is forgotten
     for form in ("axis", "attitude"):
         if form == "axis" and ht.Motion(top, start).kind == "planar-pendulum":
@@ -75,14 +75,14 @@ def test_turns_are_those_that_the_lagrangian_form_counts(seeds):
 
 def test_an_angle_that_is_no_longer_known_is_missed_and_not_unwrapped(monkeypatch):
     """Planted: the closed form, which gives whole turns, is ahead by 2 rad."""
-    good, right = run(shipped("sicm-kicked"), formulation="axis"), OwnMotion.at
+    good, right = run(shipped("sicm-kicked"), formulation="axis"), BinaryMotion.at
 
     def at(self, seen):
         exact = right(self, seen)
         vars(exact)["phi"] = exact.phi + 2
         return exact
 
-    monkeypatch.setattr(OwnMotion, "at", at)
+    monkeypatch.setattr(BinaryMotion, "at", at)
     lost = run(shipped("sicm-kicked"), formulation="axis")
     assert np.max(np.abs(lost.phi)) <= np.pi < np.max(np.abs(good.phi))
     assert ht.run_errors(lost).phi > np.pi / 2
@@ -126,7 +126,7 @@ def test_a_fast_spin_costs_no_digits_and_no_steps():
         start = ht.State(theta=0.5, phidot=0.3, omega3=6.0 * factor)
         trajectory = run(scene(ht.Top(1, 0.5 / factor, 1), start, periods=10, events=(), samples=9))
         steps.append(trajectory.statistics.steps)
-        exact = trajectory.own.closed_form.at(trajectory.t, 30)
+        exact = trajectory.binary_motion.closed_form.at(trajectory.t, 30)
         attitude = np.array([at.quaternion for at in exact], float)
         along = np.sum(attitude * trajectory.samples.quaternion, axis=1)  # of either sign
         apart = trajectory.samples.quaternion - np.sign(along)[:, None] * attitude
@@ -140,7 +140,7 @@ def test_the_closed_form_is_that_of_the_runs_own_numbers():
     orbit = trajectory.orbit
     state = orbit.checkpoints[0].state * np.array([1 + 1e-9] * 4 + [1, 1])
     start = replace(orbit.checkpoints[0], state=state)
-    other = replace(trajectory, orbit=integrate(not_begun(orbit.integrator, start), trajectory.t))
-    theta = other.own.closed_form.at(other.t).theta
+    other = replace(trajectory, orbit=integrate(start_orbit(orbit.integrator, start), trajectory.t))
+    theta = other.binary_motion.closed_form.at(other.t).theta
     assert np.max(np.abs(other.theta - theta)) < 1e-14
     assert np.max(np.abs(trajectory.theta - theta)) > 1e-11

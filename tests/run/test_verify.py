@@ -10,9 +10,9 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.run.propagation import completed
+from heavytop.run.propagation import finish
 from heavytop.run.trajectory import times_between
-from heavytop.run.verify import conserved, misses, warn_of_plan
+from heavytop.run.verify import invariant_drift, misses, warn_of_plan
 
 from ..trajectories import angles_of, planted, run_of, with_states
 
@@ -108,8 +108,8 @@ def test_a_special_start_is_run_as_any_other(top, start, form, wants):
 def test_changes_are_relative_to_the_start_and_that_of_energy_to_the_weight_at_least():
     values = {"energy": np.array([0.5, 0.75]), "p_psi": np.array([-4.0, -5.0, -3.5])}
     values |= {"p_phi": np.array([0.0, 0.125])}
-    assert conserved(values, {"g": 2.0}) == {"energy": 0.125, "p_psi": 0.25, "p_phi": 0.125}
-    assert conserved(values, {"gMR": 2.0, "A": 2.0})["energy"] == 0.25
+    assert invariant_drift(values, {"g": 2.0}) == {"energy": 0.125, "p_psi": 0.25, "p_phi": 0.125}
+    assert invariant_drift(values, {"gMR": 2.0, "A": 2.0})["energy"] == 0.25
 
 
 # --- digits that are missed ----------------------------------------------------------------------
@@ -145,7 +145,7 @@ def test_beside_a_pole_phi_is_as_uncertain_as_its_rate_makes_it(digits, off):
     """As docs/precision.md says: no compared time falls into the pass, and nothing is named."""
     start = ht.State("1e-6", phidot=10**6, psidot=1 - 10**6)
     run = ht.propagate(ht.Scene(ht.Top(1, "0.5", 2), start, time=20, digits=digits))
-    form, events = run.own.closed_form, run.events
+    form, events = run.binary_motion.closed_form, run.events
     if events.own is None:
         found = abs(events.phi - form.at(events.t, t_lo=events.t_low).phi)
     else:
@@ -205,7 +205,7 @@ def test_a_run_that_is_extended_keeps_its_plan_and_says_a_miss():
     with pytest.raises(ht.EndedEarly) as early:
         ht.extend(short, 2000, samples=4, progress=interrupting)
     with pytest.warns(ht.MissedDigitsWarning):
-        assert completed(early.value.trajectory).plan == long.plan
+        assert finish(early.value.trajectory).plan == long.plan
 
 
 def interrupting(done):

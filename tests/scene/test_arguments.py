@@ -8,7 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import BadScene, Impossible, Refused
-from heavytop.scene.arguments import Range, gathering, one_of, parse_names, parse_options, whole
+from heavytop.scene.arguments import Range, integer, one_of, parse_names, parse_options
 
 REAL, WHOLE = Range(0.5, 1e6), Range(1, 2**63 - 1, whole=True)
 NO_NUMBERS = [True, np.True_, "1", None, 1j, [1], {}, float("nan"), Decimal("sNaN"), 10**400]
@@ -33,18 +33,18 @@ def test_what_is_no_number_or_out_of_bounds_is_refused(value):
 
 
 def test_what_several_functions_refuse_is_raised_at_once_and_of_one_alone_as_it_is():
-    def gather():
-        with gathering([("unit", "none")]) as attempt:
+    def refuse_four():
+        with gather([("unit", "none")]) as attempt:
             attempt(ht.load_scene, "sicm-kicked", ["start.x=1", "start.y=1"])
-            assert attempt(whole, "jobs", 3, 1) == 3
-            attempt(whole, "seed", 0, 1)
+            assert attempt(integer, "jobs", 3, 1) == 3
+            attempt(integer, "seed", 0, 1)
 
     with pytest.raises(BadScene) as found:
-        gather()
+        refuse_four()
     assert [each.key for each in found.value.faults] == ["unit", "start.x", "start.y", "seed"]
     assert str(found.value).splitlines()[-1] == "seed = 0: a whole number, at least 1"
-    with pytest.raises(Impossible) as found, gathering() as attempt:
-        attempt(whole, "seed", 0, 1)
+    with pytest.raises(Impossible) as found, gather() as attempt:
+        attempt(integer, "seed", 0, 1)
     assert str(found.value) == "seed = 0: a whole number, at least 1"
 
 

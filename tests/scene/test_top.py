@@ -11,7 +11,7 @@ import sympy as sp
 import heavytop as ht
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.exact.number import rational_value
-from heavytop.scene.solids import ALUMINIUM, STEEL, cone, disk, ring, rod, sphere, whole
+from heavytop.scene.solids import ALUMINIUM, STEEL, combine, cone, disk, ring, rod, sphere
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -83,9 +83,7 @@ SHAPES = {  # a solid, its radius at each height, and its ends
     ),
     "cone on its apex": (cone(radius=1, apex=2, base=5, density=7), lambda z: (z - 2) / 3, (2, 5)),
     "cone on its base": (cone(radius=1, apex=5, base=2, density=7), lambda z: (5 - z) / 3, (2, 5)),
-    "sphere": (
-        sphere(radius=2, centre=3, density=7), lambda z: sp.sqrt(4 - (z - 3) ** 2), (1, 5)
-    ),
+    "sphere": (sphere(radius=2, centre=3, density=7), lambda z: sp.sqrt(4 - (z - 3) ** 2), (1, 5)),
 }  # fmt: skip
 
 
@@ -101,7 +99,7 @@ def test_moments_are_the_integrals_over_thin_disks(name):
 def test_a_ring_and_its_core_make_a_disk_and_density_and_mass_agree():
     wheel = ring(outer=3, inner="1/2", thickness=2, centre=5, density=7)
     core = rod(radius="1/2", length=2, base=4, density=7)
-    assert whole([wheel, core]) == whole([disk(radius=3, thickness=2, centre=5, density=7)])
+    assert combine([wheel, core]) == combine([disk(radius=3, thickness=2, centre=5, density=7)])
     light = disk(radius=1, thickness="1/pi", centre=0, density=5)
     assert light == disk(radius=1, thickness="1/pi", centre=0, mass=5)
 
@@ -120,7 +118,7 @@ def test_an_aluminium_disk_on_a_steel_rod_is_the_books_top():
 
 def test_from_solids_is_from_parts():
     """By parallel axes; upside down gMR is negative."""
-    body = whole(THE_BOOKS)
+    body = combine(THE_BOOKS)
     own = {"mass": body.mass, "distance": body.centre, "A_cm": body.A_cm, "C_cm": body.C}
     assert Top.from_parts(**own, gravity="9.80665") == Top.from_solids(THE_BOOKS, gravity="9.80665")
     hanging = Top.from_solids([sphere(radius="0.1", centre=-1, mass=1)], gravity="9.81")

@@ -40,11 +40,11 @@ DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "kinds_per_s", "rows
            "front", "cheapest", "files", "versions", "command"}  # fmt: skip
 
 
-def timeless(value):
+def without_times(value):
     """A document without what depends on the clock."""
     if isinstance(value, dict):
-        return {key: timeless(each) for key, each in value.items() if key not in DROPPED}
-    return [timeless(each) for each in value] if isinstance(value, list) else value
+        return {key: without_times(each) for key, each in value.items() if key not in DROPPED}
+    return [without_times(each) for each in value] if isinstance(value, list) else value
 
 
 def wait_for_records(folder, count, process):
@@ -69,7 +69,7 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
         process = begin("-m", "heavytop", "resume", folder, "--json", "--no-figures", "-j", jobs)
     out, err = process.communicate(timeout=300)
     assert process.returncode == 0, err
-    assert timeless(json.loads(out)) == timeless(complete)
+    assert without_times(json.loads(out)) == without_times(complete)
     if verb == "workprec":
         assert results(folder).keys() == results(whole).keys()
     else:

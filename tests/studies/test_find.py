@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.scene.quantities import read_units, showing
+from heavytop.scene.quantities import read_units, show_units
 from heavytop.scene.scene import read_scene
 from heavytop.studies.find import FOUND_FACTS, find, read_range
 
@@ -186,7 +186,7 @@ def test_rows_are_the_facts_of_each_motion_with_the_formula_beside():
 def test_csv_and_charts_are_in_the_units_asked_for():
     found = ht.sweep(DROPPED, "start.psidot=100:400:3", FACTS)
     assert found.to_csv().startswith("start.psidot [rad/s],kind,round [s]")
-    with showing(read_units("deg, rpm,ms")):
+    with show_units(read_units("deg, rpm,ms")):
         header, *rows = csv.reader(io.StringIO(found.to_csv()))
         assert header == ["start.psidot [rpm]", "kind", "round [ms]", "theta_max [deg]",
                           "round_estimate [ms]", "ratio"]  # fmt: skip

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import heavytop as ht
-from heavytop.comparison import own
+from heavytop.comparison import user
 from heavytop.errors import Impossible
 from heavytop.results.table import Row
 from heavytop.studies import journal
@@ -71,13 +71,13 @@ def test_a_stopped_study_goes_on_bit_for_bit_where_its_code_is_named(mine, tmp_p
 
     with pytest.raises(ht.StoppedEarly):
         ht.drift(KICKED, folder=place, progress=stop, **asked)
-    own._REGISTERED.clear()  # another process
+    user._REGISTERED.clear()  # another process
     every = "--methods mine.py:dop853,mine.py:on_the_group,mine.py:rk4\n"
     assert refused(3, "resume", place).endswith(every)
     resumed = ht.resume(place, methods=named, jobs=2)
     assert resumed.numbers(members=True) == reference.numbers(members=True)
     mine.write_text(RK4 + "\n# changed\n")
-    own._REGISTERED.clear()
+    user._REGISTERED.clear()
     with pytest.raises(ht.ForeignFile, match="not the code with which it was begun"):
         ht.resume(place, methods=named)
 
@@ -89,7 +89,7 @@ def test_no_study_file_starts_code(mine, tmp_path):
     first = json.loads(file.read_text().partition("\n")[0])
     del first["sha256"]
     first["parameters"]["methods"] = [f"{mine}:rk4"]
-    file.write_bytes(journal.sealed(journal.canonical_json(first).encode()))
+    file.write_bytes(journal.seal(journal.canonical_json(first).encode()))
     refused(3, "resume", file.parent)
     assert not (tmp_path / "ran").exists()
 

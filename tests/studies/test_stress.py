@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 
 import heavytop as ht
-from heavytop.comparison import own
+from heavytop.comparison import user
 from heavytop.comparison.adaptive import right_hand_side, scipy_stepper
 from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.results.stress import StressOutcome, silently_wrong
-from heavytop.run.own_motion import binary_start
+from heavytop.run.binary_motion import binary_start
 from heavytop.run.plan import closed_form_of
 from heavytop.studies.methods import stress_method, stress_methods
 from heavytop.studies.stress_cases import CaseReference, cases, reference
@@ -87,7 +87,7 @@ def test_a_fixed_step_is_held_to_its_order_and_its_length():
 def test_what_the_code_of_a_method_does_wrong_is_called_that():
     wrong = {raises: "METHOD_ERROR", (lambda f, y, h: y + h * f(y)): "DIVERGED"}
     for function, outcome in wrong.items():
-        assert found("ten-periods", own.register(function)).outcome is StressOutcome[outcome]
+        assert found("ten-periods", user.register(function)).outcome is StressOutcome[outcome]
 
 
 def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_bits():

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.comparison import METHODS, own
+from heavytop.comparison import METHODS, user
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.exact.decimals import bits_of
@@ -202,7 +202,7 @@ GRIDS = [(200, "", [200]), (200, "=50", [50]), (None, "", [12.5 * 2**k for k in 
 
 @pytest.mark.parametrize(("setting", "typed", "tried"), GRIDS)
 def test_a_method_of_ones_own_has_the_setting_that_it_has_or_a_grid(setting, typed, tried):
-    name = own.register(own.Method(rk4, setting=setting))
+    name = user.register(user.Method(rk4, setting=setting))
     assert [each.setting for each in settings(name + typed, KICKED, 20)] == tried
 
 

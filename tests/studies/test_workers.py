@@ -106,7 +106,7 @@ ENDS = [((os._exit, 3), "code 3"), ((os.abort,), "SIGABRT"), ((int, "x"), "Value
 
 @pytest.mark.parametrize(("call", "why"), ENDS)
 def test_a_worker_that_dies_is_told_from_one_that_hangs(process, call, why):
-    with pytest.raises(workers.Lost, match=why):
+    with pytest.raises(workers.WorkerLost, match=why):
         process.call(*call)
     assert process.call(abs, -1, timeout=5) == 1  # starting it is no part of the call
 
@@ -140,7 +140,7 @@ def test_a_process_that_is_being_started_is_not_cut_off():
     """It would say so in a traceback of its own."""
     done = False
     with workers.stop_signal(0.2):
-        with workers.starting():
+        with workers.start_processes():
             os.kill(os.getpid(), signal.SIGTERM)
             time.sleep(0.5)
             done = True

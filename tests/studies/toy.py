@@ -55,7 +55,7 @@ def tears(monkeypatch, cuts, do):
     def torn(file, line):
         left[0] -= 1
         if left[0] < 0:
-            text = journal.sealed(journal.canonical_json(line).encode())
+            text = journal.seal(journal.canonical_json(line).encode())
             file.write(text[: int(left[1] * len(text))])
             raise Killed
         return write(file, line)

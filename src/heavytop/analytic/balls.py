@@ -19,12 +19,12 @@ def number(x: arb, beside: Any = 0) -> arb:
     return x
 
 
-def multiplied(size: Any, row: list[arb]) -> list[arb]:
+def scaled(size: Any, row: list[arb]) -> list[arb]:
     """Constants times a size."""
     return [size * x for x in row]
 
 
-def rounded(x: arb) -> arb:
+def to_number(x: arb) -> arb:
     """A sum of many terms, which is a ball too, as a number."""
     return x
 

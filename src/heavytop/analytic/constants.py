@@ -96,7 +96,7 @@ class Constants:
             self.phase = arb(0) if down.is_zero() else arb(-0.5)
         else:
             rising = sign_of(upright.udot0, "d cos(theta)/dt at the start and 0")
-            self.phase = rising * self._since_lower(down, up)
+            self.phase = rising * self._phase_at(down, up)
         if not self.phase.is_finite():
             raise TooFewBits("the start and a turning point", self.phase)
         self.first = round(2 * float(self.phase))
@@ -260,8 +260,8 @@ class Constants:
         least = down.min(up)
         if least <= 0 or sign_of(least, "the tilts of a turning point and of phidot = 0") < 0:
             return None
-        return self._since_lower(down, up) * self.period
+        return self._phase_at(down, up) * self.period
 
-    def _since_lower(self, down: arb, up: arb) -> arb:
+    def _phase_at(self, down: arb, up: arb) -> arb:
         """x/2K, in [0, ½], of the tilt u₁ + down = u₂ − up on the way up."""
         return first_kind(down, up, self.mc) / (2 * self.K)

@@ -107,27 +107,27 @@ def _times(t: Any, t_lo: Any) -> tuple[Any, Any, tuple[int, ...]]:
 
 def number(x: arb, beside: Any = 0) -> float:
     """A constant that is known well enough, beside what it is added to."""
-    return float(accurate(x, beside))
+    return float(as_ball(x, beside))
 
 
-def multiplied(size: Any, row: list[arb]) -> list[float]:
+def scaled(size: Any, row: list[arb]) -> list[float]:
     """Constants times a size that is known well enough, as they are then beside it."""
     row = [size * x for x in row]
     beside = abs(size)
     for x in row:
         if not x.rad() <= beside * KNOWN:
-            accurate(x, beside)
+            as_ball(x, beside)
     return list(map(float, row))
 
 
-def accurate(x: arb, beside: Any = 0) -> arb:
+def as_ball(x: arb, beside: Any = 0) -> arb:
     """The same as a ball."""
     if not x.rad() <= (abs(x) + beside) * KNOWN:
         raise TooFewBits("a constant of the closed form and 0", x)
     return x
 
 
-def rounded(x: Any) -> Any:
+def to_number(x: Any) -> Any:
     """The nearest double of a pair."""
     return x[0]
 
@@ -148,7 +148,7 @@ def sin_cos(x: Any) -> tuple[Any, Any]:
 def linear(start: arb, step: arb, rate: arb, slowest: Any = 0) -> Callable[..., Any]:
     """The pair start + n step + rate t, and what else is given; t is a pair."""
     one = 1 if slowest else 0
-    summed = pairs.Linear(accurate(start, one), accurate(step, one), accurate(rate, slowest))
+    summed = pairs.Linear(as_ball(start, one), as_ball(step, one), as_ball(rate, slowest))
     return lambda n, t, *more: summed(n, *t, *more)
 
 

@@ -80,14 +80,14 @@ def ends_many(start: Mapping[str, Array], time: Array) -> Ends:
 def _ends(starts: Starts, time: Array) -> Array:
     """Rows of θ, of how far φ and ψ went, of the doubt, and of the counts."""
     n, tau = Nutations(starts), time / starts.A
-    K, turns = n.over_a_period()
+    K, turns = n.period_growth()
     rising = np.where(n.sign * starts.thetadot < 0, 1.0, -1.0)
-    passed, begun = _since_u1(n, n.down / n.swing, n.up / n.swing)
+    passed, begun = _integrals_from_u1(n, n.down / n.swing, n.up / n.swing)
     x = rising * passed + n.w * tau
     periods = np.rint(x / (2 * K))
     rest = x - 2 * K * periods
     sn, cn = jacobi(abs(rest), n.mc)
-    _, swept = _since_u1(n, sn * sn, cn * cn)
+    _, swept = _integrals_from_u1(n, sn * sn, cn * cn)
     passes = np.stack((np.floor(x / (2 * K)) + (rising < 0), periods))  # of an exact one φ jumps
     turned = periods * turns + np.sign(rest) * swept - rising * begun
     at_bottom, at_top = turned = np.where(n.P == 0, passes * turns, turned)
@@ -100,7 +100,7 @@ def _ends(starts: Starts, time: Array) -> Array:
     return np.where(known & np.isfinite(found[:4]).all(axis=0), found, np.nan)
 
 
-def _since_u1(n: Nutations, sin2: Array, cos2: Array) -> tuple[Array, Array]:
+def _integrals_from_u1(n: Nutations, sin2: Array, cos2: Array) -> tuple[Array, Array]:
     """The integrals from u₁ to a height that is there: x, and what Φ₊ and Φ₋ have swept [rad].
 
     Near the bottom Π(n) is nearly all sweep: it is had from Π(m/n), in which nothing cancels.
@@ -172,7 +172,7 @@ def _counts(n: Nutations, starts: Starts, ahead: Array, K: Array, tau: Array) ->
     swing = np.where(n.swing < LEAST_COUNTED, np.nan, n.swing)
     slack = COUNT_EDGE * (1 + end) + HEIGHT_ROUNDING / swing
     ends = np.stack((np.maximum(end - slack, 0.0), end + slack))
-    turning = _until(ends, lower, np.where(onward, 0.5 - ahead, 0.5 + ahead))
+    turning = _count_until(ends, lower, np.where(onward, 0.5 - ahead, 0.5 + ahead))
     # φ̇ changes its sign where u = a/b: heights from u₁ and u₂
     down, up = n.P[0] / n.b - n.at_u1[0], -n.P[1] / n.b - n.at_u2[1]
     R_F, _ = carlson(up / swing, (up + n.mc * down) / swing, np.ones_like(up))
@@ -182,12 +182,12 @@ def _counts(n: Nutations, starts: Starts, ahead: Array, K: Array, tau: Array) ->
     least = np.minimum(down, up) / swing
     sure = least > LEAST_COUNTED
     sure &= starts.level | (abs(np.rint((one, other)) - (one, other)).min(axis=0) > slack)
-    reversal = np.where(sure, _until(ends, one, other), np.nan)
+    reversal = np.where(sure, _count_until(ends, one, other), np.nan)
     none = (n.P == 0).any(axis=0) | (n.b == 0) | (least < -LEAST_COUNTED)
     none |= starts.still & starts.level
     return np.vstack((turning, np.where(none, 0.0, reversal)))
 
 
-def _until(end: Array, *fractions: Array) -> Array:
+def _count_until(end: Array, *fractions: Array) -> Array:
     """How many events there are in so many periods, which happen at fractions of each."""
     return sum((np.floor(end - each) + 1 for each in fractions), np.zeros_like(end))

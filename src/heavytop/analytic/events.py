@@ -13,7 +13,7 @@ from heavytop.analytic.roots import TooFewBits, floor, sign_of
 from heavytop.classification.reduced import FEW_BITS
 from heavytop.errors import Impossible
 from heavytop.exact.balls import ball_of
-from heavytop.scene.arguments import expect, whole
+from heavytop.scene.arguments import expect, integer
 from heavytop.scene.scene_file import EVENTS
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ class EventTimes:
         Unseparated
             An event is so near to one of the times that no bits separate them.
         """
-        return max(0, self._until(b) - self._before(a))
+        return max(0, self._number_after(b) - self._number_from(a))
 
     def times(self, a: Any, b: Any, digits: int = EVENT_DIGITS) -> list[arb]:
         """When they happen from one time to another, both included: balls of so many digits.
@@ -91,7 +91,7 @@ class EventTimes:
         digits : int
             Decimal digits.
         """
-        first, end = self._before(a), self._until(b)
+        first, end = self._number_from(a), self._number_after(b)
         if end - first > MOST_LISTED:
             raise Impossible(
                 [("b", f"there are {end - first} events, and {MOST_LISTED} are the most")]
@@ -113,12 +113,12 @@ class EventTimes:
         Impossible
             n is no whole number up to 10¹⁰⁰ in magnitude, or there is no such event.
         """
-        n = whole("n", n, -MOST_COUNTED, MOST_COUNTED)
+        n = integer("n", n, -MOST_COUNTED, MOST_COUNTED)
 
         def time(c: Constants) -> arb | None:
             fractions = self._fractions(c)
             if c.period is None:
-                return next((at for at in fractions if n == (0 if _passed(at) else -1)), None)
+                return next((at for at in fractions if n == (0 if _is_past(at) else -1)), None)
             turns, which = divmod(n, len(fractions) or 1)
             return (turns + fractions[which]) * c.period if fractions else None
 
@@ -129,11 +129,11 @@ class EventTimes:
             raise Impossible([("n", rule)])
         return found
 
-    def _until(self, t: Any) -> int:
+    def _number_after(self, t: Any) -> int:
         """The number of the first event after a time."""
         return self._number(t, lambda ahead: floor(ahead) + 1)
 
-    def _before(self, t: Any) -> int:
+    def _number_from(self, t: Any) -> int:
         """The number of the first event not before a time."""
         return self._number(t, lambda ahead: -floor(-ahead))
 
@@ -146,7 +146,7 @@ class EventTimes:
             if c.period is not None:
                 return sum(rank(time / c.period - at) for at in fractions)
             # of one event alone the rank is that within the first period, or outside of it
-            return sum(min(max(rank(time - at), 0), 1) - (not _passed(at)) for at in fractions)
+            return sum(min(max(rank(time - at), 0), 1) - (not _is_past(at)) for at in fractions)
 
         late = abs(float(exact.ball(FEW_BITS)))
         found: int = self.motion.refine(f"the count of {self.kind}", number, late=late)
@@ -178,6 +178,6 @@ class EventTimes:
         return [arb(0), lower - part if c.upright.udot0 > 0 else lower + part]
 
 
-def _passed(time: arb) -> bool:
+def _is_past(time: arb) -> bool:
     """Whether a time is not before the start."""
     return sign_of(time, AT_AN_END) > 0

@@ -205,14 +205,14 @@ def _facts(c: Constants, cusps: bool) -> Balls:
         }
     elif c.regime.steady and not vertical:
         found |= _precession(c.start, found["phidot_min"], found["psidot_min"])
-    known: Balls = mapped(_or_zero, found)
-    known |= mapped(_or_zero, _fast_top(c, known, cusps))
+    known: Balls = mapped(_ball_or_zero, found)
+    known |= mapped(_ball_or_zero, _fast_top(c, known, cusps))
     return known
 
 
 def _rates(c: Constants, cusps: bool) -> Balls:
     """Extremes and reversals of φ̇ and ψ̇; at an exact pass through a pole P± is exactly 0."""
-    plus, minus = map(_or_zero, c.P[:: c.side])
+    plus, minus = map(_ball_or_zero, c.P[:: c.side])
     tilts = c.tilts
     ends = tilts[:1] if c.regime.steady else tilts[:: -c.side]
     phidot = _rate("phidot", arb(0), plus, minus, ends, cusp=tilts[1] if cusps else None)
@@ -255,10 +255,10 @@ def _rate(
 
 def _precession(start: Reduced, own: arb, spin: arb) -> Balls:
     """What belongs to a steady tilt off the vertical; the two rates of its tilt add up to b/u."""
-    b, u = _or_zero(start.b), _or_zero(start.u0)
+    b, u = _ball_or_zero(start.b), _ball_or_zero(start.u0)
     free = b.is_zero() and start.g.is_zero()  # then any rate is steady, or none but rest
     other = None if free or u.is_zero() else b / u - own
-    apart = arb(0) if other is None else _or_zero(abs(own) - abs(other))
+    apart = arb(0) if other is None else _ball_or_zero(abs(own) - abs(other))
     if apart.is_zero() and not b.is_zero():  # they are one, and not opposite
         other = None
     branch = "slow" if apart < 0 else "fast" if apart > 0 else "single"
@@ -277,13 +277,13 @@ def _precession(start: Reduced, own: arb, spin: arb) -> Balls:
 def _small_nutation(start: Reduced, rate: arb) -> arb:
     """ω of small nodding, with gMR/AΩ taken from the steady equation as b − Ω u."""
     pull = start.b - rate * start.u0
-    return _or_zero(rate * rate + pull * pull - 2 * start.g * start.u0).sqrt()
+    return _ball_or_zero(rate * rate + pull * pull - 2 * start.g * start.u0).sqrt()
 
 
 def _vertical(start: Reduced) -> Balls:
     """What belongs to an axis on the vertical, sleeping or hanging."""
-    b, g, u = _or_zero(start.b), start.g, start.u0
-    square = _or_zero(b * b - 4 * g * u)
+    b, g, u = _ball_or_zero(start.b), start.g, start.u0
+    square = _ball_or_zero(b * b - 4 * g * u)
     if square < 0:
         return {"stable": False, "growth_rate": (-square).sqrt() / 2}
     if square.is_zero() and b.is_zero():
@@ -300,7 +300,7 @@ def _vertical(start: Reduced) -> Balls:
 
 def _fast_top(c: Constants, known: Balls, cusps: bool) -> Balls:
     """The textbooks' estimates, each where it estimates something, and estimate/truth − 1."""
-    g, b, circle = c.start.g, _or_zero(c.start.b), 2 * arb.pi()
+    g, b, circle = c.start.g, _ball_or_zero(c.start.b), 2 * arb.pi()
     if g.is_zero():
         return {}
     ratio = b * b / (4 * abs(g))
@@ -312,9 +312,9 @@ def _fast_top(c: Constants, known: Balls, cusps: bool) -> Balls:
     drop = 2 * abs(g) * (c.tilts[1].sin() / b) ** 2
     rows = (
         ("precession", rate, turns),
-        ("period", circle / abs(b), _over(circle, frequency)),
+        ("period", circle / abs(b), _round_time(circle, frequency)),
         ("amplitude", drop, known.get("nutation_amplitude") if cusps else None),
-        ("round", circle / abs(rate), _over(circle, turns)),
+        ("round", circle / abs(rate), _round_time(circle, turns)),
     )
     estimates = {
         name: {"estimate": x, "exact": y, "error": None if y.is_zero() else x / y - 1}
@@ -324,12 +324,12 @@ def _fast_top(c: Constants, known: Balls, cusps: bool) -> Balls:
     return {"fast_top_ratio": ratio, "estimates": estimates}
 
 
-def _over(circle: arb, rate: arb | None) -> arb | None:
+def _round_time(circle: arb, rate: arb | None) -> arb | None:
     """A time in which a rate goes through the circle."""
     return None if rate is None or rate.is_zero() else circle / abs(rate)
 
 
-def _or_zero(x: arb) -> arb:
+def _ball_or_zero(x: arb) -> arb:
     """A ball without 0 in it, or 0 itself; TooFewBits where so many bits leave it open."""
     if not x.contains(0):
         return x

@@ -71,7 +71,7 @@ class Form:
     def angles(self) -> list[Callable[..., Any]]:
         """φ and ψ but for what Φ± have swept since the nearest turning point."""
         c, (plus, minus) = self.c, self.c.halves
-        one, other = (self._swept_at_start(which) for which in (0, 1))
+        one, other = (self._sweep_at_start(which) for which in (0, 1))
         slowest = arb(SLOWEST_RATE) if c.period is None else 1 / c.period
 
         def growing(angle: arb, rate: arb, a: int, b: int) -> Any:
@@ -81,7 +81,7 @@ class Form:
         phi, psi = c.angles
         return [growing(phi, arb(0), 1, 1), growing(psi, c.start.kappa, c.side, -c.side)]
 
-    def _swept_at_start(self, which: int) -> arb:
+    def _sweep_at_start(self, which: int) -> arb:
         """What Φ₊ or Φ₋ has swept at the start since the turning point nearest it."""
         c, half = self.c, self.c.halves[which]
         if c.x0.is_zero() and not half.jumps:
@@ -212,8 +212,8 @@ FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "phi_sum": lambda r: r.form.angles[0](r.turning, r.t, r.swept[0] + r.swept[1]),
     "psi_sum": lambda r: r.form.angles[1](r.turning, r.t, r.side * (r.swept[0] - r.swept[1])),
     "sums": lambda r: (r.phi_sum, r.psi_sum),
-    "phi": lambda r: r.N.rounded(r.phi_sum),
-    "psi": lambda r: r.N.rounded(r.psi_sum),
+    "phi": lambda r: r.N.to_number(r.phi_sum),
+    "psi": lambda r: r.N.to_number(r.psi_sum),
     "phi_mod": lambda r: r.N.modulo_circle(r.phi_sum),
     "psi_mod": lambda r: r.N.modulo_circle(r.psi_sum),
     "nodes": lambda r: r.N.sin_cos(r.phi_sum),

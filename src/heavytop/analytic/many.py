@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import InputArrays, Mask, Starts, with_spin
 from heavytop.classification.kinds import Kind
-from heavytop.classification.many import Verdicts, classify_many, impossible
+from heavytop.classification.many import Verdicts, classify_many, is_impossible
 from heavytop.errors import NoClosedForm
 from heavytop.exact.pairs import PI_REST, Array
 from heavytop.scene.arguments import expect
@@ -189,7 +189,7 @@ def rows(starts: Starts) -> tuple[Any, ...]:
     Where θ does not nutate they mean nothing.
     """
     n = Nutations(starts)
-    K, (at_bottom, at_top) = n.over_a_period()
+    K, (at_bottom, at_top) = n.period_growth()
     period = 2 * K / n.w  # in units of A
     carried, turned = n.kappa * period, abs(at_bottom) + abs(at_top)
     precession, spun = at_bottom + at_top, n.sign * (carried + (at_bottom - at_top))
@@ -251,7 +251,7 @@ class Nutations:
         # with the lowest root d₁, which is no neighbour of d₃, 1 − u₁ is known; the rest follows:
         # 2g (1 ± u₁)(1 ± u₂)(u₃ ± 1) = P±²,
         # 2g [(u₃ − 1) − (1 − u₂)](1 − u₁) = −f'(1) − P₋²/(1 − u₁)
-        d1, converged = _lowest(f0, f1, f2, 2 * g, low)
+        d1, converged = _least_distance(f0, f1, f2, 2 * g, low)
         minus1 = high - d1
         share = minus * minus / minus1
         gap = (surplus - share) / minus1
@@ -269,12 +269,12 @@ class Nutations:
         # P±, once their signs are known, and f₁ add no more than a few times this
         error = SUM_ROUNDING * (4 * g + kinetic2 + size_b * size_b) / reach
         self.error = error + 2 * SUM_ROUNDING * size_surplus / (minus1 * larger) + PERIOD_ROUNDING
-        self.known: Mask = converged & starts.in_range & ~impossible(A, C, starts.theta)
+        self.known: Mask = converged & starts.in_range & ~is_impossible(A, C, starts.theta)
         self.known &= (f0 > 0) | (abs(f1) > SUM_ROUNDING * size_f1)
         for one, height, zero in ((plus, low, exact[0]), (minus, high, exact[1])):
             self.known &= zero | (abs(one) >= 4 * SUM_ROUNDING * (abs(drift) + size_b * height))
 
-    def over_a_period(self) -> tuple[Array, Array]:
+    def period_growth(self) -> tuple[Array, Array]:
         """K, and what Φ₊ and Φ₋ grow by in a period [rad]; an exact pass is a jump."""
         mc, p = self.mc, self.at_u2 / self.at_u1
         K, third = complete(mc, p)
@@ -298,7 +298,7 @@ def _heights(theta: Array, sign: Array) -> tuple[Array, Array]:
     return np.where(below, 2 - nearer, nearer), np.where(below, nearer, 2 - nearer)
 
 
-def _lowest(f0: Array, f1: Array, f2: Array, f3: Array, low: Array) -> tuple[Array, Mask]:
+def _least_distance(f0: Array, f1: Array, f2: Array, f3: Array, low: Array) -> tuple[Array, Mask]:
     """d₁, and whether the last step was small and f rises there, as it does not at d₂.
 
     The negative root of f₀ + f₁ d + (f₂ + f₃ e) d² is d₁ for e = d₁, for a lower e it is higher,

@@ -26,7 +26,7 @@ from heavytop.classification.classify import classify
 from heavytop.classification.reduced import FEW_BITS, Reduced, ReducedMotion, StartMotion
 from heavytop.exact.balls import Interval, ball_of, working
 from heavytop.exact.decimals import Number, context
-from heavytop.scene.arguments import expect, one_of, read_argument, whole, wrong_type
+from heavytop.scene.arguments import expect, integer, one_of, read_argument, wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.text import Played
@@ -180,7 +180,7 @@ class ClosedForm(Refined):
             from heavytop.analytic.doubles import read_doubles  # a verdict takes no arrays
 
             return Record(read_doubles(self, t, t_lo), (self.at, (t, None, t_lo)))
-        digits = whole("digits", digits, 1, MOST_DIGITS)
+        digits = integer("digits", digits, 1, MOST_DIGITS)
         t = t.item() if getattr(t, "ndim", None) == 0 else t
         if isinstance(t, Iterable) and not isinstance(t, str):
             return tuple(self.at(each, digits) for each in t)
@@ -235,7 +235,7 @@ class ClosedForm(Refined):
             A number can be neither separated from 0 nor proved to be 0, or 65 536 bits do not give
             the digits.
         """
-        found = self.ball(name, whole("digits", digits, 2, MOST_DIGITS), t)
+        found = self.ball(name, integer("digits", digits, 2, MOST_DIGITS), t)
         self.require_proof()
         return mapped(Interval.of, found)
 

@@ -19,7 +19,7 @@ from heavytop.errors import Fault, ForeignFile, Impossible, NotANumber, Refused,
 from heavytop.exact import Exact, Number
 from heavytop.exact.balls import Interval
 from heavytop.exact.number import rational
-from heavytop.exact.parse import written
+from heavytop.exact.parse import text_of
 from heavytop.files import write_document, write_text
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range, Reader, one_of, parse_names, parse_options
@@ -272,5 +272,5 @@ def read_times(text: str) -> str | list[str]:
 
 def exact_text(x: Fraction) -> str:
     """A rational number as a decimal, where it is one; else as a fraction."""
-    text = written(rational(x))
+    text = text_of(rational(x))
     return text if "/" in text else f"{Decimal(text):f}"

@@ -68,17 +68,17 @@ class Refined:
         At a working precision of `FEW_BITS`.
         """
         side = self.source.sign(attrgetter(name), self._start)
-        if side is None and "doubt" not in self._computed:
+        if side is None and "doubt" not in self._cache:
             size, bound = self.source.bound(attrgetter(name))
             with_bits = f"with {MOST_SIGN_BITS} bits, and could not be proved to be 0"
-            self._computed["doubt"] = Unseparated(f"{name} is less than {size} {with_bits}", bound)
+            self._cache["doubt"] = Unseparated(f"{name} is less than {size} {with_bits}", bound)
         return not side
 
     @property
     def doubt(self) -> Unseparated | None:
         """What was taken for zero without a proof, if anything was."""
         _ = self.regime  # which may doubt
-        found: Unseparated | None = self._computed.get("doubt")
+        found: Unseparated | None = self._cache.get("doubt")
         return found
 
     def refine(
@@ -167,24 +167,24 @@ class Refined:
             return self.source.reduced(FEW_BITS)
 
     @cached_property
-    def _computed(self) -> dict[Any, Any]:
+    def _cache(self) -> dict[Any, Any]:
         """Constants by their bits, forms by constants and kind of numbers, and a doubt."""
         return {}
 
     def _constants(self, bits: int) -> Constants:
         """The constants in balls of a precision, which must be the working one."""
-        if bits not in self._computed:
+        if bits not in self._cache:
             given = self._start if bits == FEW_BITS else self.source.reduced(bits)
             angles = self.source.angles(bits)
-            self._computed[bits] = Constants(given, angles, self.regime, bits)
-        found: Constants = self._computed[bits]
+            self._cache[bits] = Constants(given, angles, self.regime, bits)
+        found: Constants = self._cache[bits]
         return found
 
     def form(self, c: Constants, N: Any) -> Form:
         """The closed form of some constants in some kind of numbers, made once."""
-        if (c, N) not in self._computed:
-            self._computed[c, N] = Form(c, N)
-        found: Form = self._computed[c, N]
+        if (c, N) not in self._cache:
+            self._cache[c, N] = Form(c, N)
+        found: Form = self._cache[c, N]
         return found
 
     def time(self, t: Any) -> Exact:

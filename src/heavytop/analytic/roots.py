@@ -34,11 +34,11 @@ class TooFewBits(Exception):
 
 def pair(one: arb, other: arb, product: arb) -> tuple[arb, arb]:
     """Two numbers of known product, each by itself and through the other; exact zeros stay."""
-    one = one if one.is_zero() else _common(one, product / other)
-    return one, other if other.is_zero() else _common(other, product / one)
+    one = one if one.is_zero() else _intersect(one, product / other)
+    return one, other if other.is_zero() else _intersect(other, product / one)
 
 
-def _common(one: arb, other: arb) -> arb:
+def _intersect(one: arb, other: arb) -> arb:
     """What two balls around one number have in common."""
     return one.intersection(other) if one.is_finite() and other.is_finite() else one
 

@@ -70,7 +70,7 @@ class Theta:
     @cached_property
     def _sizes(self) -> list[list[arb]]:
         """Of θ below the line, sn, cn and dn times it beside u₁, and of the same of K + x."""
-        sums = (sum(x, arb(0)) for x in (self.odd, self.even, alternating(self.even)))
+        sums = (sum(x, arb(0)) for x in (self.odd, self.even, alternate(self.even)))
         (second, third, fourth), far = sums, arb(1)  # θ₂, θ₃ and θ₄ at 0
         if self.hyperbolic:
             far, second, fourth = 4 * self.root_q, fourth, second
@@ -80,8 +80,8 @@ class Theta:
     @cached_property
     def _rows(self) -> tuple[tuple[tuple[str, list[arb]], ...], ...]:
         """Factors and amplitudes of the four, of x and of K + x."""
-        one, two = ("S", alternating(self.odd)), ("C", self.odd)
-        three, four = ("", self.even), ("", alternating(self.even))
+        one, two = ("S", alternate(self.odd)), ("C", self.odd)
+        three, four = ("", self.even), ("", alternate(self.even))
         if self.hyperbolic:
             two, four = four, two
         return (four, one, two, three), (three, two, one, four)
@@ -104,11 +104,11 @@ class Theta:
             both = (turn.sinh_cosh() for turn in turns)
             waves = [(sinh / deep, cosh / deep) for sinh, cosh in both]
         sines, cosines = ([x * wave[i] for x, wave in zip(row, waves, strict=True)] for i in (0, 1))
-        parts = ("S", alternating(cosines)), ("C", alternating(sines))
+        parts = ("S", alternate(cosines)), ("C", alternate(sines))
         if not beside:
             parts = ("S", sines), ("C", cosines)
             if self.hyperbolic:
-                parts = ("SC", [-x for x in alternating(sines)]), ("", alternating(cosines))
+                parts = ("SC", [-x for x in alternate(sines)]), ("", alternate(cosines))
         y, x = (self._series(N, *part) for part in parts)
         return lambda *at: sign * N.atan2(y(*at), x(*at))
 
@@ -121,7 +121,7 @@ class Theta:
         count = self.terms(N.bits) if N.bits else len(amplitudes)
         powers = arb_mat(1, count, amplitudes[:count]) * multiples(factors, count)
         rest = None if N.bits else size * self.rest
-        first, *others = N.multiplied(size, powers.entries()[::-1])
+        first, *others = N.scaled(size, powers.entries()[::-1])
 
         def value(S: Any, C: Any, square: Any) -> Any:
             total = first
@@ -136,6 +136,6 @@ class Theta:
         return value
 
 
-def alternating(amplitudes: list[arb]) -> list[arb]:
+def alternate(amplitudes: list[arb]) -> list[arb]:
     """The amplitudes with every other sign changed."""
     return [-x if k % 2 else x for k, x in enumerate(amplitudes)]

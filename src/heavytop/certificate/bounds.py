@@ -112,7 +112,7 @@ class ErrorModel(NamedTuple):
     rounding: Array | float = 0.0
 
 
-def between(a: Array, b: Array, width: Array, m: float, D: Array) -> Array:
+def difference_bound(a: Array, b: Array, width: Array, m: float, D: Array) -> Array:
     """Return the bound N of the difference between two points."""
     rest = D / m
     grown = np.sqrt((a + rest) * (b + rest)) * _exp(m * width / 2)
@@ -127,7 +127,7 @@ def _exp(x: Array) -> Array:
     return np.where(x <= 1, UP * found, np.inf)
 
 
-def _of_axis(states: Array, change: Array, room: Array) -> dict[str, ErrorModel]:
+def _axis_outputs(states: Array, change: Array, room: Array) -> dict[str, ErrorModel]:
     """Return the quantities that states give, to first order in a change of them.
 
     `room` is how far, in the norm, states may be from those given. At a pole some are not finite.
@@ -146,8 +146,8 @@ def _of_axis(states: Array, change: Array, room: Array) -> dict[str, ErrorModel]
     }
 
 
-def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, ErrorModel]:
-    """Return the quantities of the attitude form, as `_of_axis` does."""
+def _attitude_outputs(q: Array, d: Array, room: Array) -> dict[str, ErrorModel]:
+    """Return the quantities of the attitude form, as `_axis_outputs` does."""
     a, b = np.sqrt(q[0] ** 2 + q[3] ** 2), np.sqrt(q[1] ** 2 + q[2] ** 2)
     length = np.sqrt(a * a + b * b)
     near_a, near_b = (np.maximum(x - room, 0.0) * (1 - 1e-14) for x in (a, b))
@@ -170,7 +170,7 @@ def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, ErrorModel]:
     }
 
 
-OUTPUTS = {"axis": _of_axis, "attitude": _of_attitude}
+OUTPUTS = {"axis": _axis_outputs, "attitude": _attitude_outputs}
 
 
 def bound(
@@ -192,7 +192,7 @@ def bound(
         How often a step is halved at most.
     """
     D, k = defects(flow.system, steps), np.arange(steps.length.size)
-    begun, ended = _at_both_ends(flow, steps)
+    begun, ended = _step_ends(flow, steps)
     left = Points.at(flow, steps, k, np.zeros(k.size), begun)
     right = Points.at(flow, steps, k, steps.length, ended)
     if not max(ends.size.max(initial=0.0) for ends in (left, right)) < NORMS_HOLD:
@@ -201,7 +201,7 @@ def bound(
     for depth in range(deepest + 1):
         cut = np.zeros(left.step.size, dtype=bool)
         last = depth == deepest or 2 * cut.size > MOST_PARTS
-        here = _bounded(flow, steps, D, left, right, rounding)
+        here = _errors_at(flow, steps, D, left, right, rounding)
         for name, (error, all_of_it, least) in here.items():
             found[name] = max(found.get(name, 0.0), float(error.max(initial=0.0)))
             endless = ~np.isfinite(all_of_it)
@@ -221,15 +221,15 @@ def bound(
         left, right = (Points._make(x[..., cut] for x in ends) for ends in (left, right))
         since = (left.since + right.since) / 2
         middle = Points.at(flow, steps, left.step, since, flow.at(steps.times(left.step, since)))
-        left, right = _joined(left, middle), _joined(middle, right)
+        left, right = _join(left, middle), _join(middle, right)
     return found, proved
 
 
-def _joined(a: Points, b: Points) -> Points:
+def _join(a: Points, b: Points) -> Points:
     return Points._make(np.concatenate(pair, axis=-1) for pair in zip(a, b, strict=True))
 
 
-def _at_both_ends(flow: Flow, steps: Steps) -> tuple[Solution, Solution]:
+def _step_ends(flow: Flow, steps: Steps) -> tuple[Solution, Solution]:
     """Return the solution where steps begin, and where they end: there the next one begins."""
     k, length = np.arange(steps.length.size), steps.length
     begun, ended = steps.times(k, np.zeros_like(length)), steps.times(k, length)
@@ -241,7 +241,7 @@ def _at_both_ends(flow: Flow, steps: Steps) -> tuple[Solution, Solution]:
     return (x[..., :-1], off[:-1]), (x[..., 1:], off[1:])
 
 
-def _bounded(
+def _errors_at(
     flow: Flow, steps: Steps, defect: Array, left: Points, right: Points, names: Iterable[str]
 ) -> dict[str, tuple[Array, Array, Array]]:
     """Return what quantities are off at some points, its bound between, and a part of that.
@@ -251,14 +251,14 @@ def _bounded(
     D, clock, V, A = (x[left.step] for x in (defect, steps.clock, steps.speed, steps.bend))
     width, b = INTERVAL_EDGE * np.abs(right.since - left.since), flow.bounds
     m = max(b.growth, 1e-3 * b.jacobian, 1e-9)
-    N = between(left.size, right.size, width, m, D)
+    N = difference_bound(left.size, right.size, width, m, D)
     plain, off = np.maximum(left.plain, right.plain), np.maximum(left.off, right.off)
     spare, outputs, found = 2 * N + plain + V * clock, OUTPUTS[flow.form.name], {}
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        room, rates = _room(flow, left, width, V, A, spare)
+        room, rates = _excursion(flow, left, width, V, A, spare)
         first = outputs(left.states, left.apart, room)
         moving = outputs(left.states, rates, room)
-        room, _ = _room(flow, right, width, V, A, spare)
+        room, _ = _excursion(flow, right, width, V, A, spare)
         second = outputs(right.states, right.apart, room)
         for name in names:
             q, other = first[name], second[name]
@@ -283,7 +283,7 @@ def _bounded(
     return found
 
 
-def _room(flow: Flow, points: Points, width: Array, V: Array, A: Array, spare: Array) -> Words:
+def _excursion(flow: Flow, points: Points, width: Array, V: Array, A: Array, spare: Array) -> Words:
     """Return how far states come from those at points over half of an interval, and their rates.
 
     Half of one takes the states that outputs read as far as their speed there and its greatest

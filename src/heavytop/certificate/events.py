@@ -12,8 +12,8 @@ import numpy as np
 import sympy as sp
 from flint import arb, arb_poly
 
-from heavytop.certificate.system import UP, TooCoarse, hull, pair, up, upper
-from heavytop.equations.lambdify import lambdified
+from heavytop.certificate.system import UP, TooCoarse, hull, pair, upper, upper_double
+from heavytop.equations.lambdify import lambdify
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import UNIT, Words, add, two_product
 
@@ -86,7 +86,7 @@ def _exact_times(flow: Flow, event: str, end: float) -> tuple[Words, float]:
     found = zeros(flow, event)
     with working(flow.bits):
         high, low = np.array([pair(zero) for zero in found]).reshape(-1, 2).T
-    width = max((up(arb(zero.rad())) for zero in found), default=0.0)
+    width = max((upper_double(arb(zero.rad())) for zero in found), default=0.0)
     if flow.period:
         last = np.floor(end / flow.period[0])
         n = np.arange(min(last, 0.0) - 1, max(last, 0.0) + 2)[:, None]
@@ -111,7 +111,7 @@ def zeros(flow: Flow, event: str) -> list[arb]:
     slopes = [sp.diff(function, state) for state in form.states]
     found: list[arb] = []
     with working(flow.bits):
-        value, gradient = (lambdified(x, names, arb, {}) for x in ([function], slopes))
+        value, gradient = (lambdify(x, names, arb, {}) for x in ([function], slopes))
         constants = [arb(x) for x in flow.constants.values()]
         # as polynomials, for a power of a ball that holds 0 is not finite
         here = (arb_poly([arb(0, table.bounds.size / w)]) for w in weights)

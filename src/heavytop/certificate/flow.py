@@ -18,7 +18,7 @@ import numpy as np
 from flint import acb, arb
 
 from heavytop.certificate.events import zeros
-from heavytop.certificate.system import CERTIFIED, QuadraticSystem, TooCoarse, pair, up
+from heavytop.certificate.system import CERTIFIED, QuadraticSystem, TooCoarse, pair, upper_double
 from heavytop.certificate.table import TABLE_ERROR, SolutionTable
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.balls import working
@@ -130,11 +130,11 @@ class Flow:
             raise TooCoarse("the period is longer than was said")
         last, start = self.table.ball(T), [arb(v) for v in self.start]
         # so far a ball may be from the double-double that is made of it
-        self.off_a_period = up(arb(T.rad()) + abs(T) * arb(2) ** -104)
+        self.off_a_period = upper_double(arb(T.rad()) + abs(T) * arb(2) ** -104)
         self.exact_period, self.period = T, pair(T)
         self.angles = self._angles(last)
         turns = math.ceil(abs(self.end) / self.period[0]) + 2
-        wide = max(up(arb(angle.rad())) for angle in self.angles.values())
+        wide = max(upper_double(arb(angle.rad())) for angle in self.angles.values())
         self._few = min(FEW_TURNS, turns)
         if not (turns + self._few) * wide <= TURN_ERROR:
             raise TooCoarse("the angles after many periods")
@@ -178,7 +178,7 @@ class Flow:
 
     def _argument(self, i: int, j: int, begun: float, ahead: float = 0.0) -> Argument:
         """Follow the argument of a pair of states, and what it is ahead, from where it begins."""
-        times, z = self._looks(i, j)
+        times, z = self._sample_argument(i, j)
         angles = np.unwrap(np.angle(z))
         angles += _nearest(angles[0] + ahead, begun) - angles[0]
         if self.period is None:
@@ -187,7 +187,7 @@ class Flow:
         advance = float(self.angles[self.pairs[i, j]])
         return Argument(times, angles, _nearest(advance, last - angles[0]))
 
-    def _looks(self, i: int, j: int) -> tuple[Array, Any]:
+    def _sample_argument(self, i: int, j: int) -> tuple[Array, Any]:
         """Return times, and a pair of states there as a complex number, that moves little between.
 
         Raises
@@ -249,7 +249,7 @@ class Flow:
         late = 256 * UNIT**2 * (np.abs(t[0]) + self.table.piece)
         if n.any():
             late = late + np.abs(n) * self.off_a_period
-            turned = {turn: self._turned(turn, n) for turn in self.angles}
+            turned = {turn: self._split_rotation(turn, n) for turn in self.angles}
             for places, turn in self.pairs.items():
                 z = _times(turned[turn], states[:, places].swapaxes(0, 1))
                 states[:, places] = z.swapaxes(0, 1)
@@ -268,7 +268,7 @@ class Flow:
                 since = add(t, (-whole[0], -(whole[1] + n * low)))
         return n, since
 
-    def _turned(self, turn: tuple[int, int], n: Array) -> Array:
+    def _split_rotation(self, turn: tuple[int, int], n: Array) -> Array:
         """Return the rotations by n times an angle: by the first few of it, and by the rest."""
         many = np.floor(n / self._few)
         some = (n - self._few * many).astype(np.intp)

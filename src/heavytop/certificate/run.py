@@ -74,7 +74,7 @@ class BinaryRun:
         end, period = self.end * own.pace, None
         if self.period is not None and not 0 <= self.end <= self.period:  # less is tabulated
             period = self.period * own.pace
-        return Flow(core, own.own_constants, start.tolist(), end, period)
+        return Flow(core, own.scaled_constants, start.tolist(), end, period)
 
     def steps(self, start: Checkpoint, count: int) -> tuple[Steps, Checkpoint]:
         """Take some steps of the run again, and return them with the checkpoint after them.
@@ -89,7 +89,7 @@ class BinaryRun:
         # a little more, for this difference is rounded
         left = np.maximum(last - forward * label[0] + 4 * UNIT * last, 0.0)
         length = forward * np.minimum(np.abs(kept.length), left)
-        clock = _clock(start, kept, own.pace, self.block * own.pace)
+        clock = _time_error(start, kept, own.pace, self.block * own.pace)
         states = kept.coefficients[:, : len(self.core.states)].transpose(2, 1, 0)
         read = CERTIFIED[self.formulation].read
         steps = Steps.of(np.ascontiguousarray(states), label, length, clock, read)
@@ -107,7 +107,7 @@ class BinaryRun:
         return not bool(near[: CERTIFIED[self.formulation].read].all())
 
 
-def _clock(start: Checkpoint, kept: Polynomials, pace: float, block: float) -> Array:
+def _time_error(start: Checkpoint, kept: Polynomials, pace: float, block: float) -> Array:
     """Return how far the time at which a polynomial is evaluated may be off, of each step.
 
     A time is measured from the start of its block, then from where its leg begins, then from its

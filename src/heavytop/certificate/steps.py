@@ -62,14 +62,14 @@ class Steps(NamedTuple):
         k, sizes = np.arange(len(coefficients)), np.abs(coefficients)
         powers = _powers(np.abs(length) * STEP_MARGIN, k.size)
 
-        def summed(factors: NDArray[np.int_], order: int, states: int | None) -> Array:
+        def weighted_sum(factors: NDArray[np.int_], order: int, states: int | None) -> Array:
             """Return the sum of factor |coefficient| reach^(k - order) over k >= order."""
             kept = sizes[order:, :states], powers[: k.size - order]
             return np.asarray(np.einsum("k,knm,km->nm", factors[order:].astype(float), *kept))
 
-        derivatives = (summed(k, 1, read), summed(k * (k - 1), 2, read))
+        derivatives = (weighted_sum(k, 1, read), weighted_sum(k * (k - 1), 2, read))
         speed, bend = (UP * np.sqrt((each**2).sum(axis=0)) for each in derivatives)
-        tail = summed(2 * k + 2, LEADING_TERMS, None)
+        tail = weighted_sum(2 * k + 2, LEADING_TERMS, None)
         return cls(coefficients, *label, length, clock, tail, speed, bend)
 
     def times(self, step: NDArray[np.intp], since: Array) -> Words:

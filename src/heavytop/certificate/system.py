@@ -179,7 +179,7 @@ def sup(q: arb_poly, reach: arb, first: int = 0, last: int | None = None) -> arb
     return upper(sum(terms[first:last], arb(0)))
 
 
-def up(x: arb) -> float:
+def upper_double(x: arb) -> float:
     """Return a double that is not below a ball: inf of one that says nothing."""
     high = float(x.upper())
     return math.inf if math.isnan(high) else math.nextafter(high, math.inf)

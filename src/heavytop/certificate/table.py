@@ -23,8 +23,8 @@ from heavytop.certificate.system import (
     operator_norm,
     pair,
     sup,
-    up,
     upper,
+    upper_double,
 )
 from heavytop.exact.pairs import UNIT, Words, add, multiply
 
@@ -113,19 +113,19 @@ class SolutionTable:
             raise TooCoarse(f"more than {MOST_PIECES} pieces in a period")
         self.pieces: list[Piece] = []
         for _ in range(count):
-            piece = self._solved(x, error)
+            piece = self._solve(x, error)
             self.pieces.append(piece)
             y = [q(arb(self.piece)) for q in piece.p]
             x = [arb(v.mid()) for v in y]
             error = upper(piece.error + system.norm([v - w for v, w in zip(y, x, strict=True)]))
         self.bounds = Bounds(*np.max([each.bounds for each in self.pieces], axis=0).tolist())
-        self.lost = max(up(each.error + self._left_out(each.p)) for each in self.pieces)
-        worst = max(up(each.error) for each in self.pieces) / TABLE_ERROR
+        self.lost = max(upper_double(each.error + self._truncation(each.p)) for each in self.pieces)
+        worst = max(upper_double(each.error) for each in self.pieces) / TABLE_ERROR
         if not max(worst, self.lost / LOST_IN_PAIRS) <= self.bounds.size:
             raise TooCoarse("the table")
-        self._keep()
+        self._store()
 
-    def _solved(self, x: list[arb], error: arb) -> Piece:
+    def _solve(self, x: list[arb], error: arb) -> Piece:
         """Solve the equations in one piece."""
         system, reach = self.system, self.reach
         p = [arb_poly(row) for row in system.taylor(x, self.order)]
@@ -140,16 +140,16 @@ class SolutionTable:
         if not error < MARGIN:
             raise TooCoarse("the error of the table grows too fast")
         largest = growth, operator_norm(jacobian), system.norm(field), system.norm(here)
-        return Piece(p, error, [up(x) for x in largest])
+        return Piece(p, error, [upper_double(x) for x in largest])
 
-    def _left_out(self, p: Sequence[arb_poly]) -> arb:
+    def _truncation(self, p: Sequence[arb_poly]) -> arb:
         """Return a bound of what `at` leaves out of polynomials, and of what it rounds."""
         kept, lead, reach = KEPT_COEFFICIENTS, LEADING_COEFFICIENTS, self.reach
         rounding = 4 * kept * UNIT
         lost = (sup(q, reach, kept) + rounding * sup(q, reach, lead, kept) for q in p)
         return self.system.norm([*lost])
 
-    def _keep(self) -> None:
+    def _store(self) -> None:
         """Keep the polynomials as doubles; axes: order, then word, then state and piece."""
         states = [*zip(*(piece.p for piece in self.pieces), strict=True)]
         orders = [[[q[k] for q in state] for state in states] for k in range(KEPT_COEFFICIENTS)]

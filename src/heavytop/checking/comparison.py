@@ -91,7 +91,7 @@ class Comparison:
             return self.given
         with warnings.catch_warnings():  # a tilt that is folded is remarked on as one of the data
             warnings.simplefilter("ignore", FoldedTiltWarning)
-            return first_row(self) if self.origin == "first row" else _fitted(self)
+            return first_row(self) if self.origin == "first row" else _fit_start(self)
 
     @property
     def motion(self) -> Motion:
@@ -99,7 +99,7 @@ class Comparison:
         return _motion(self.top, self.start)
 
     @cached_property
-    def since(self) -> Array:
+    def elapsed(self) -> Array:
         """Times since the start [s]."""
         return self.t - (0.0 if self.given is not None else self.t[0])
 
@@ -107,10 +107,10 @@ class Comparison:
     def exact(self) -> ExactMotion:
         """The exact motion at the times of the data."""
         if self.t.size > FITTED:
-            return ExactMotion(self.motion, self.since)
-        return _exact(self.top, self.start, self.since.tobytes())
+            return ExactMotion(self.motion, self.elapsed)
+        return _exact(self.top, self.start, self.elapsed.tobytes())
 
-    def updated(self, **values: Array | None) -> Comparison:
+    def replace_values(self, **values: Array | None) -> Comparison:
         """The same of data with other values; None takes one away."""
         arrays = {k: v for k, v in (dict(self.arrays) | values).items() if v is not None}
         other = replace(self, arrays=arrays)
@@ -143,7 +143,7 @@ class Comparison:
         turned = {name: values[name] + np.pi * out for name in ("phi", "psi") if name in values}
         if "thetadot" in values:
             turned["thetadot"] = values["thetadot"] * (1 - 2 * out)
-        return self.updated(theta=np.where(out, 2 * np.pi - reduced, reduced), **turned)
+        return self.replace_values(theta=np.where(out, 2 * np.pi - reduced, reduced), **turned)
 
     # --- what the data give, or what follows from it; None where nothing does ----------------
 
@@ -157,7 +157,7 @@ class Comparison:
         return {**values, "omega_body": values["momentum_body"] / moments}
 
     @cached_property
-    def known(self) -> dict[str, Array]:
+    def derived(self) -> dict[str, Array]:
         """The values, and the axis, the vertical and angles that follow from them."""
         found = dict(self.values)
         if "matrix" in found:
@@ -176,7 +176,7 @@ class Comparison:
     @cached_property
     def spin(self) -> tuple[Array, Array, Array] | None:
         """The angular velocity, the symmetry axis and the vertical, all in one frame."""
-        known, upward = self.known, np.broadcast_to([0.0, 0.0, 1.0], (self.t.size, 3))
+        known, upward = self.derived, np.broadcast_to([0.0, 0.0, 1.0], (self.t.size, 3))
         if known.keys() >= {"theta", *RATES}:
             thetadot, phidot, psidot = (known[name] for name in RATES)
             e = axes(known["theta"], np.zeros_like(phidot))
@@ -198,7 +198,7 @@ class Comparison:
             other = exact.value(name)
             off, scale = values[name] - other, 1.0
             if name in ANGLES:
-                off = wrapped(off) * (1.0 if name == "theta" else exact.sine)
+                off = wrap(off) * (1.0 if name == "theta" else exact.sine)
             elif name == "matrix":
                 scale = np.sqrt(2)
             elif name not in POSITIONS:
@@ -210,7 +210,7 @@ class Comparison:
     def first(self) -> float:
         """How far off the first row is, where it is the start itself [rad]."""
         there = [x[0] for name, x in self.errors.items() if name in POSITIONS]
-        return float(max(there, default=0.0)) if self.since[0] == 0 else 0.0
+        return float(max(there, default=0.0)) if self.elapsed[0] == 0 else 0.0
 
 
 def octaves(size: int, most: int = 8) -> tuple[Any, Any]:
@@ -248,7 +248,7 @@ def decades(c: Comparison, begins: Any) -> Array:
 # --- geometry ------------------------------------------------------------------------------------
 
 
-def wrapped(angle: Array) -> Array:
+def wrap(angle: Array) -> Array:
     """An angle in [−π, π]."""
     return angle - 2 * np.pi * np.rint(angle / (2 * np.pi))
 
@@ -264,7 +264,7 @@ def axes(theta: Array, phi: Array) -> Array:
 
 def first_row(c: Comparison) -> State:
     """The start that the first row gives."""
-    angles = {name: float(c.known[name][0]) for name in ANGLES if name in c.known}
+    angles = {name: float(c.derived[name][0]) for name in ANGLES if name in c.derived}
     if c.values.keys() >= {*RATES}:
         return State(**angles, **{name: float(c.values[name][0]) for name in RATES})
     assert c.spin is not None
@@ -278,23 +278,23 @@ def first_row(c: Comparison) -> State:
     return State(**angles, thetadot=thetadot, phidot=phidot, omega3=float(omega @ axis))
 
 
-def _fitted(c: Comparison) -> State:
+def _fit_start(c: Comparison) -> State:
     """The start of the motion that comes nearest to the data, from more and more of them."""
     from scipy.optimize import least_squares
 
-    if (axis := c.known.get("axis")) is None:
+    if (axis := c.derived.get("axis")) is None:
         lacking = f"none follows from {', '.join(x for x in c.values if x != 't')} alone"
         raise Impossible([("start", f"{lacking}: give a scene with a start, or theta and phi")])
-    guess = first_row(c.updated(omega=_omega(c, axis), axis=axis))
+    guess = first_row(c.replace_values(omega=_omega(c, axis), axis=axis))
     some = c.rows(np.s_[:: -(-c.t.size // FITTED)])
-    some = some.updated(t=some.t - some.t[0])
+    some = some.replace_values(t=some.t - some.t[0])
 
     def state(p: Array) -> State:
         return State(**dict(zip(FITTED_START, p, strict=True)), psi=guess.psi)
 
     def axis_error(p: Array, rows: int) -> Array:
         near = replace(some.rows(np.s_[:rows]), given=state(p))
-        return np.ravel(near.known["axis"] - near.exact.axis)
+        return np.ravel(near.derived["axis"] - near.exact.axis)
 
     p, size, misfit = np.array([float(getattr(guess, x)) for x in FITTED_START]), some.t.size, 0.0
     doubled = (FIRST_FITTED * 2**k for k in range(8) if FIRST_FITTED * 2**k < size)

@@ -12,7 +12,7 @@ from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
-from heavytop.checking.comparison import MOMENT_NAMES, Comparison, axes, decades, octaves, wrapped
+from heavytop.checking.comparison import MOMENT_NAMES, Comparison, axes, decades, octaves, wrap
 from heavytop.checking.headers import HEADER_UNITS, Unit
 from heavytop.checking.reading import matrices, norm
 from heavytop.errors import HeavyTopError
@@ -65,7 +65,7 @@ class Convention(NamedTuple):
         return self.about in ("physics", "number")
 
     @property
-    def whole(self) -> bool:
+    def is_global(self) -> bool:
         """Whether everything changes: the motion or the times."""
         return self.physics or self.clock
 
@@ -75,9 +75,9 @@ class Convention(NamedTuple):
 Change = dict[str, Callable[[Array], Any]]
 
 
-def _changed(c: Comparison, change: Change) -> Comparison:
+def _change(c: Comparison, change: Change) -> Comparison:
     """Other values of some quantities, and other times."""
-    return c.updated(**{x: f(c.values[x]) for x, f in change.items() if x in c.values})
+    return c.replace_values(**{x: f(c.values[x]) for x, f in change.items() if x in c.values})
 
 
 def _map(*variants: tuple[str, Change]) -> Undo:
@@ -88,7 +88,7 @@ def _map(*variants: tuple[str, Change]) -> Undo:
         for words, change in variants:
             if (names := change.keys() & c.values) not in before:
                 before.append(names)
-                yield Variant(words, _changed(c, change))
+                yield Variant(words, _change(c, change))
 
     return undo
 
@@ -97,7 +97,7 @@ def _all(function: Callable[[Array], Any], *names: str) -> Change:
     return dict.fromkeys(names, function)
 
 
-def _of_units(kind: str, undo: Callable[[Unit], Undo]) -> Iterator[Convention]:
+def _unit_conventions(kind: str, undo: Callable[[Unit], Undo]) -> Iterator[Convention]:
     """The conventions of the units that have one."""
     units = [unit for unit in HEADER_UNITS if unit.kind == kind and unit.convention]
     clock = kind == "time"
@@ -126,26 +126,26 @@ def _in_unit_of_rate(unit: Unit) -> Undo:
 
 
 def _scale_times(*factors: float) -> Undo:
-    return lambda c: (Variant(f"{x:g}", c.updated(t=c.t * x)) for x in factors)
+    return lambda c: (Variant(f"{x:g}", c.replace_values(t=c.t * x)) for x in factors)
 
 
 def _shift_times(c: Comparison) -> Variants:
     first = float(c.t[0])
     if c.given is not None and first:
-        yield Variant(f"{first:g}", c.updated(t=c.t - first))
+        yield Variant(f"{first:g}", c.replace_values(t=c.t - first))
 
 
 def _exchange_frames(c: Comparison) -> Variants:
     words = "in the body, not in space", "in space, not in the body"
     for name, other, meant in zip(OMEGAS, OMEGAS[::-1], words, strict=True):
         if name in c.arrays and other not in c.values:
-            yield Variant(meant, c.updated(**{other: c.values[name], name: None}))
+            yield Variant(meant, c.replace_values(**{other: c.values[name], name: None}))
 
 
 def _put_scalar_last(c: Comparison) -> Variants:
     if "quaternion" in c.values:
         q = np.roll(c.values["quaternion"], 1, axis=1)
-        yield Variant("", c.updated(quaternion=q, matrix=matrices(q)))
+        yield Variant("", c.replace_values(quaternion=q, matrix=matrices(q)))
 
 
 def _exchange_angles(c: Comparison) -> Variants:
@@ -155,7 +155,7 @@ def _exchange_angles(c: Comparison) -> Variants:
         swapped = {n + dot: values.get(o + dot) for n, o in pairs for dot in ("", "dot")}
         there = {name for name, other in swapped.items() if other is not None}
         if there and there == swapped.keys() & values.keys():
-            yield Variant(", ".join(f"{o} is {n}" for n, o in pairs), c.updated(**swapped))
+            yield Variant(", ".join(f"{o} is {n}" for n, o in pairs), c.replace_values(**swapped))
 
 
 # --- another motion ------------------------------------------------------------------------------
@@ -192,19 +192,19 @@ Y_UP: Final = "x z -y"  # the data's x, y, z in those of the package
 MIRROR: Final = np.diag([1.0, -1.0, 1.0])
 
 
-def _world(spelled: str) -> Array:
+def _frame(spelled: str) -> Array:
     """What takes the package's x, y, z to the data's."""
     signs = [[-1.0 if "-" in word else 1.0] for word in spelled.split()]
     return np.eye(3)[["xyz".index(word[-1]) for word in spelled.split()]] * signs
 
 
-def _letters(world: Array) -> str:
+def _axis_letters(world: Array) -> str:
     """The package's axes that the data's x, y, z are."""
     names = ("−" * int(row.sum() < 0) + "xyz"[int(abs(row).argmax())] for row in world)
     return f"the data's x, y, z are the package's {', '.join(names)}"
 
 
-def _about(angle: float) -> Array:
+def _rotation_about(angle: float) -> Array:
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
@@ -219,15 +219,15 @@ def _turn(c: Comparison, space: Array, body: Array = IDENTITY) -> Comparison:
         "omega_body": lambda omega: np.linalg.det(body) * omega @ body,
         "vertical": lambda g: upward * g @ body,
     }
-    return _changed(c, turned)
+    return _change(c, turned)
 
 
-def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
+def _frames(*spelled: str, mirrored: bool = False) -> Undo:
     """Other axes of space, with those of the body or without, and what a quarter turn makes."""
 
     def undo(c: Comparison) -> Variants:
         given, R = c.values.keys() & (IN_BODY | {"axis"}), c.values.get("matrix")
-        for up in map(_world, spelled if given else ()):
+        for up in map(_frame, spelled if given else ()):
             space = MIRROR @ up.T if mirrored else up.T
             bodies = [space.T, IDENTITY] if given & IN_BODY else [IDENTITY]
             if R is not None and mirrored and np.linalg.det(R[0]) > 0:
@@ -238,13 +238,13 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
                 # a mirror may do the same as a world turned upside down with the body
                 down, cost = ", the body's axis too" * upside, 0.7 * upside
                 turned = _turn(c, space, body)
-                yield Variant(f"{_letters(space.T)}{down}", turned, cost)
+                yield Variant(f"{_axis_letters(space.T)}{down}", turned, cost)
                 if quarter := round(_offset(turned, "phi") / QUARTER) * QUARTER:
-                    about = np.rint(_about(quarter))
+                    about = np.rint(_rotation_about(quarter))
                     other = _turn(turned, about, about.T if carried else IDENTITY)
-                    yield Variant(f"{_letters((about @ space).T)}{down}", other, cost + 0.5)
+                    yield Variant(f"{_axis_letters((about @ space).T)}{down}", other, cost + 0.5)
             if not mirrored and R is not None:
-                yield Variant(f"{_letters(up)} in the body", _turn(c, IDENTITY, up))
+                yield Variant(f"{_axis_letters(up)} in the body", _turn(c, IDENTITY, up))
 
     return undo
 
@@ -254,18 +254,18 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
 
 def _offset(c: Comparison, name: str) -> float:
     """By how much an angle differs in the first row that shows it [rad]; 0 below a degree."""
-    mine, sine = c.known.get(name), c.exact.sine
+    mine, sine = c.derived.get(name), c.exact.sine
     if c.given is None or mine is None:
         return 0.0
     row = int(np.argmax(sine > min(0.05, float(sine.max()) / 2)))
-    turn = float(wrapped(c.exact.value(name)[row] - mine[row]))
+    turn = float(wrap(c.exact.value(name)[row] - mine[row]))
     return turn if abs(turn) > 0.02 else 0.0
 
 
 def _turn_azimuth(c: Comparison) -> Variants:
     if turn := _offset(c, "phi"):
-        words, about = f"{np.degrees(turn):.4g}°", _about(turn)
-        turned = _changed(_turn(c, about), {"phi": lambda phi: phi + turn})
+        words, about = f"{np.degrees(turn):.4g}°", _rotation_about(turn)
+        turned = _change(_turn(c, about), {"phi": lambda phi: phi + turn})
         yield Variant(words, turned)
         if "matrix" in c.values:  # the axes of the body are turned with those of space
             yield Variant(f"{words} in space and in the body", _turn(turned, IDENTITY, about.T))
@@ -273,7 +273,7 @@ def _turn_azimuth(c: Comparison) -> Variants:
 
 def _turn_spin(c: Comparison) -> Variants:
     if turn := _offset(c, "psi"):
-        turned = _changed(_turn(c, IDENTITY, _about(turn)), {"psi": lambda psi: psi + turn})
+        turned = _change(_turn(c, IDENTITY, _rotation_about(turn)), {"psi": lambda psi: psi + turn})
         yield Variant(f"{np.degrees(turn):.4g}°", turned)
 
 
@@ -286,7 +286,7 @@ def _take_spin_off(c: Comparison) -> Variants:
     for sign, words in ((1, "with ψ"), (-1, "against ψ")):
         turned = azimuth - sign * psi
         around = axes(theta, phi + turned - turned[0])
-        yield Variant(words, c.updated(axis=norm(axis)[:, None] * around))
+        yield Variant(words, c.replace_values(axis=norm(axis)[:, None] * around))
 
 
 # --- numbers of the problem ----------------------------------------------------------------------
@@ -298,13 +298,13 @@ NUMBERS: Final = ("C", "gMR", "the clock", "the time of the first row",
                   "theta", "thetadot", "phidot", "spin")  # fmt: skip
 
 
-def _with_number(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
+def _change_number(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
     """A number of the problem changed by the part x of what it is changed at most."""
     if name == "the clock":
-        return 1 + x, c.updated(t=c.t * (1 + x))
+        return 1 + x, c.replace_values(t=c.t * (1 + x))
     if name == "the time of the first row":
         shift = x * (c.motion.period or float(c.t[-1]))
-        return shift, c.updated(t=c.t + shift)
+        return shift, c.replace_values(t=c.t + shift)
     key = c.start.held if name == "spin" else name
     value = float(getattr(c.top if name in MOMENT_NAMES else c.start, key))
     # A from C/2, where all mass is far out
@@ -328,7 +328,7 @@ def _fit(parts: Mapping[str, Sequence[float]]) -> Undo:
 
         def misfit(x: float, name: str) -> float:
             try:
-                return float(decades(_with_number(some, name, x)[1], begins).sum())
+                return float(decades(_change_number(some, name, x)[1], begins).sum())
             except HeavyTopError:
                 return 0.0  # as where nothing fits
 
@@ -342,7 +342,7 @@ def _fit(parts: Mapping[str, Sequence[float]]) -> Undo:
                 found = minimize_scalar(misfit, None, sides, (name,), **how)
                 least, x = min((least, x), (float(found.fun), float(found.x)))
             if least < wanted:
-                value, other = _with_number(c, name, x)
+                value, other = _change_number(c, name, x)
                 yield Variant(f"{name} = {value:.6g}", other)
 
     return undo
@@ -354,7 +354,7 @@ SCALES: Final = (-1, 10, 0.1, 1 / 60, 1e-6, 1 / 30, 1 / 25, 1 / 50, 1 / 100)
 
 TABLE: Final = (
     Convention("time-origin", "the start of the scene is the first row, at t = {} s", _shift_times),
-    *_of_units("time", _in_unit_of_time),
+    *_unit_conventions("time", _in_unit_of_time),
     Convention("time-scale", "the times have to be multiplied by {}", _scale_times(2, 0.5),
                "origin", clock=True),
     Convention("time-scale", "the times need the factor {}", _scale_times(*SCALES), "origin", 1.5,
@@ -367,8 +367,8 @@ TABLE: Final = (
                _moments(lambda top: {"C": float(2 * top.A - top.C)}), "physics"),
     Convention("no-gyroscopic-term", "the gyroscopic term of Euler's equations is missing{}",
                _moments(lambda top: {"C": float(top.A)}), "physics"),
-    *_of_units("angle", _in_unit_of_angle),
-    *_of_units("rate", _in_unit_of_rate),
+    *_unit_conventions("angle", _in_unit_of_angle),
+    *_unit_conventions("rate", _in_unit_of_rate),
     Convention("quaternion-xyzw", "the quaternion is x, y, z, w{}", _put_scalar_last),
     Convention("omega-body", "the angular velocity is {}", _exchange_frames),
     Convention("omega-sign", "ω has the other sign than the attitude's own derivative{}",
@@ -380,15 +380,15 @@ TABLE: Final = (
         ("", {"theta": lambda x: QUARTER - x, "thetadot": np.negative}))),
     Convention("from-below", "the tilt is counted from below{}", _map(
         ("", {"theta": lambda x: np.pi - x, "thetadot": np.negative}))),
-    Convention("y-up", "y is up: {}", _worlds(Y_UP)),
-    Convention("z-down", "z is down: {}", _worlds("x -y -z"), cost=1.5),
-    Convention("axes-permuted", "{}", _worlds("x -z y", "z x y", "-z y x")),
-    Convention("mirrored", "the world is mirrored: {}", _worlds("x y z", mirrored=True)),
+    Convention("y-up", "y is up: {}", _frames(Y_UP)),
+    Convention("z-down", "z is down: {}", _frames("x -y -z"), cost=1.5),
+    Convention("axes-permuted", "{}", _frames("x -z y", "z x y", "-z y x")),
+    Convention("mirrored", "the world is mirrored: {}", _frames("x y z", mirrored=True)),
     Convention("mirrored", "{} the other way round", _map(
         ("φ counts", _all(np.negative, "phi", "phidot")),
         ("φ and ψ count", _all(np.negative, "phi", "phidot", "psi", "psidot")))),
     Convention("y-up+mirrored", "y is up, and the world is mirrored: {}",
-               _worlds(Y_UP, mirrored=True), cost=2.0),
+               _frames(Y_UP, mirrored=True), cost=2.0),
     Convention("axis-with-spin", "the axis is drawn with the spin angle: it turns {}",
                _take_spin_off),
     Convention("azimuth-origin", "φ is counted from another axis, turned by {}", _turn_azimuth,

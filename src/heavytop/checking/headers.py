@@ -132,7 +132,7 @@ def meanings(header: str, unit: str = "") -> list[Meaning]:
     if not unit:  # theta_deg, omega_x_rad_s, phidot_deg_per_s
         splits = (len(words) - many for many in (1, 2, 3) if len(words) > many)
         tries += [(words[:k], "/".join(x for x in words[k:] if x != "per")) for k in splits]
-    return next((each for some, spelled in tries if (each := [*_named(some, spelled)])), [])
+    return next((each for some, spelled in tries if (each := [*_word_meanings(some, spelled)])), [])
 
 
 def _words(name: str) -> list[str]:
@@ -144,7 +144,7 @@ def _words(name: str) -> list[str]:
     return re.findall(r"[a-z0-9]+", re.sub(r"\b(w|omega|om)b(?![a-z])", r"\1 body ", text))
 
 
-def _named(words: list[str], unit: str) -> Iterator[Meaning]:
+def _word_meanings(words: list[str], unit: str) -> Iterator[Meaning]:
     """The meanings of words, with a unit that has to be one of theirs."""
     frame = next((word for word in words if word in _BODY | _SPACE), "")
     short = [word for word in words if word not in _NOISE]
@@ -172,7 +172,7 @@ def complete_set(quantity: str, components: Collection[str]) -> tuple[str, ...]:
     return next((each for each in order if {*components} >= {*each}), ())
 
 
-def _usual() -> Iterator[tuple[str, str, str]]:
+def _usual_names() -> Iterator[tuple[str, str, str]]:
     """Every usual name, with a quantity and a component that it may stand for."""
     for name in _TIMES.split():
         yield name, "t", ""
@@ -193,7 +193,7 @@ def _usual() -> Iterator[tuple[str, str, str]]:
 
 
 _USUAL: Final = defaultdict[str, list[tuple[str, str]]](list)
-for _name, _quantity, _component in _usual():
+for _name, _quantity, _component in _usual_names():
     _USUAL[_name].append((_quantity, _component))
 
 

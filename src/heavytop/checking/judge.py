@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from heavytop.checking import method
-from heavytop.checking.comparison import FOLD_ALLOWED, MOMENT_NAMES, Comparison, wrapped
+from heavytop.checking.comparison import FOLD_ALLOWED, MOMENT_NAMES, Comparison, wrap
 from heavytop.checking.conventions import TABLE
 from heavytop.checking.reading import POSITIONS, Data, norm, read
 from heavytop.checking.search import Explanation, Judgement, Undoing, explain, undo, undo_names
@@ -104,7 +104,7 @@ def check(
 
     comparison = posed(given.values)
     verdict = explain(comparison)
-    found, steps, agent = _undo_what_is_sure(verdict, comparison)
+    found, steps, agent = _undo_sure(verdict, comparison)
     judged = undo(comparison, steps)
     curves = error_curves(judged)
     shaken = error_curves(undo(posed(given.shaken), steps)) if given.shaken else {}
@@ -119,7 +119,7 @@ def check(
         assumed.append(f"judged as {' and '.join(names) or 'they are'}")
     condition = method.measure_condition(judged)
     largest = _largest_errors(judged)
-    alone = _off_alone(largest)
+    alone = _lone_error(largest)
     t = given.values["t"]
     charted = {"t": t, **curves, "phase_t": phase.t, "phase": phase.shifts}
     sizes = {name: _size(t, curve) for name, curve in curves.items()}
@@ -175,7 +175,7 @@ def _data_of(given: Data) -> dict[str, Any]:
     }
 
 
-def _undo_what_is_sure(
+def _undo_sure(
     verdict: Judgement, comparison: Comparison
 ) -> tuple[list[Finding], list[Undoing], str]:
     """The conventions that are sure, what is to be undone, and what else acts, in words."""
@@ -253,8 +253,8 @@ def _largest_errors(c: Comparison) -> dict[str, float]:
     """The largest error of everything that is compared; none where there is no motion."""
     try:
         errors = dict(c.errors)
-        if "axis" in c.known:
-            errors["axis"] = norm(c.known["axis"] - c.exact.axis)
+        if "axis" in c.derived:
+            errors["axis"] = norm(c.derived["axis"] - c.exact.axis)
     except HeavyTopError:
         return {}
     for name, angle in (("phi", "phi"), ("psi", "psi"), ("matrix", "psi")):
@@ -268,7 +268,7 @@ def _digits(largest: Mapping[str, float]) -> float:
     return max(0.0, -float(np.log10(max(*largest.values(), UNIT) if largest else 1.0)))
 
 
-def _off_alone(largest: Mapping[str, float]) -> str:
+def _lone_error(largest: Mapping[str, float]) -> str:
     """Which rate is off ten times as much as all else and as rounding, in words."""
     name = max(largest, key=largest.__getitem__, default=POSITIONS[0])
     if name in POSITIONS:
@@ -290,11 +290,11 @@ def _rms_error(c: Comparison) -> float | None:
 def error_curves(c: Comparison) -> dict[str, Array]:
     """The error of everything that the data give, at each time."""
     exact, found = c.exact, dict[str, Array]()
-    if "axis" in c.known:
-        found["axis"] = norm(c.known["axis"] - exact.axis)
+    if "axis" in c.derived:
+        found["axis"] = norm(c.derived["axis"] - exact.axis)
     for name in ANGLES:
-        if name in c.folded.known:
-            off = wrapped(c.folded.known[name] - exact.value(name))
+        if name in c.folded.derived:
+            off = wrap(c.folded.derived[name] - exact.value(name))
             clear = off == off if name == "theta" else exact.sine > UPRIGHT_SINE
             if clear.any():
                 off[clear], off[~clear] = np.unwrap(off[clear]), np.nan

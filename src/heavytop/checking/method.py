@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.checking.comparison import FIRST, MOMENT_NAMES, Comparison, wrapped
+from heavytop.checking.comparison import FIRST, MOMENT_NAMES, Comparison, wrap
 from heavytop.errors import HeavyTopError
 from heavytop.exact.pairs import Array
 from heavytop.scene.quantities import ANGLES
@@ -90,25 +90,25 @@ def measure_phase(c: Comparison) -> PhaseCurve:
     In windows of whole periods the shift is that with which the exact tilt fits best, found by
     Newton's steps from that of the window before.
     """
-    theta, period = c.known.get("theta"), c.motion.period
+    theta, period = c.derived.get("theta"), c.motion.period
     if theta is None:
         return PhaseCurve("the data have no tilt")
     if not nutates(c) or not period:
         return PhaseCurve("no nutation: no phase")
-    if abs(np.exp(2j * np.pi * c.since / period).mean()) > 0.98:
+    if abs(np.exp(2j * np.pi * c.elapsed / period).mean()) > 0.98:
         return PhaseCurve("not told by these rows, which show one phase of the period")
     shift, found = 0.0, []
-    for rows in _windows(c.since, period):
+    for rows in _windows(c.elapsed, period):
         before = shift
         for _ in range(20):
-            there = c.motion.at(c.since[rows] + shift)
-            off, slope = wrapped(theta[rows] - there.theta), there.thetadot
+            there = c.motion.at(c.elapsed[rows] + shift)
+            off, slope = wrap(theta[rows] - there.theta), there.thetadot
             weight = (slope * slope).sum() or np.inf
             step = float((off * slope).sum() / weight)
             shift += step
             if abs(step) <= 1e-6 * abs(shift) or abs(shift - before) > period / 4:
                 break
-        if abs(shift - before) > LOST_PHASE * period or abs(shift) > abs(c.since[-1] - c.since[0]):
+        if abs(shift - before) > LOST_PHASE * period or abs(shift) > np.ptp(c.elapsed):
             return PhaseCurve("not told by these rows: they fit no shift in time")
         spread = np.sqrt(((off - step * slope) ** 2).mean() / weight)
         found.append((float(c.t[rows].mean()), shift, spread))
@@ -124,8 +124,8 @@ def measure_growth(c: Comparison, curve: Array | None) -> float | None:
     """The power of time by which an error grows, of its RMS in windows of whole periods."""
     if curve is None:
         return None
-    rows = _windows(c.since, c.motion.period)
-    after = np.array([abs(c.since[each].mean()) for each in rows])
+    rows = _windows(c.elapsed, c.motion.period)
+    after = np.array([abs(c.elapsed[each].mean()) for each in rows])
     return _fit_power(after, np.array([rms(curve[each]) for each in rows]), LEAST_GROWTH)
 
 
@@ -170,17 +170,17 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
     if c.first > FIRST:
         return None
     exact, t = c.exact, c.t - c.t[0]
-    angles = {name: np.unwrap(c.known[name]) for name in ANGLES if name in c.known}
+    angles = {name: np.unwrap(c.derived[name]) for name in ANGLES if name in c.derived}
     rates: dict[str, Array] = {f"{name}dot": np.gradient(x, t) for name, x in angles.items()}
-    moving = c.updated(**rates | dict(c.arrays))  # by differences where they are not given
-    theta, psidot = c.known.get("theta"), moving.arrays.get("psidot")
+    moving = c.replace_values(**rates | dict(c.arrays))  # by differences where they are not given
+    theta, psidot = c.derived.get("theta"), moving.arrays.get("psidot")
     omega3 = None
     if "omega_body" in c.values:
         omega3 = c.values["omega_body"][:, 2]
     elif spin := c.spin or moving.spin:
         omega3 = (spin[0] * spin[1]).sum(axis=1)
     if psidot is not None and theta is not None:
-        varies, off = float(np.ptp(exact.psidot)), abs(wrapped(theta - exact.theta)).max()
+        varies, off = float(np.ptp(exact.psidot)), abs(wrap(theta - exact.theta)).max()
         least = HELD * (varies if omega3 is None else min(varies, np.ptp(omega3)))
         held = np.ptp(psidot) < least and abs(psidot[0] - exact.psidot[0]) < HELD * varies
         if held and varies > 1e-3 * abs(exact.psidot).max() and off > HELD * np.ptp(exact.theta):
@@ -233,7 +233,7 @@ def describe_method(
     elif floor is not None:
         sentence = f"they have {floor:.1f} digits from the first row on, which is their precision"
     elif first > size / 2:
-        begins = c.since[0] == 0 and c.first < FIRST
+        begins = c.elapsed[0] == 0 and c.first < FIRST
         other = "the clock, rates of the start or A, C, gMR are others"
         why = other if begins else "the start is another one"
         sentence = f"they are off by {first:.2g} from the first rows on: {why}"
@@ -252,7 +252,7 @@ def _is_first_order(c: Comparison, last: float) -> bool:
     if not last or not nutates(c) or not c.motion.period:
         return False
     turn = 2 * np.pi / c.motion.period
-    step, span = turn * np.median(np.diff(c.since)), turn * np.ptp(c.since)
+    step, span = turn * np.median(np.diff(c.elapsed)), turn * np.ptp(c.elapsed)
     return bool(step < 0.5 and last / max(1.0, span) > step**1.6)
 
 
@@ -272,10 +272,11 @@ def count_events(c: Comparison) -> dict[str, Count]:
 
     Where that count is not the proved one, the rows are too far apart for it.
     """
-    mine, t, period = _counted(c, *map(c.known.get, ("theta", "phi"))), c.since, c.motion.period
+    mine = _count_turns(c, *map(c.derived.get, ("theta", "phi")))
+    t, period = c.elapsed, c.motion.period
     if not nutates(c):
         return {"turning": Count(mine["turning"], 0, 0)}
-    same, found = _counted(c, c.exact.theta, c.exact.phi_mod), {}
+    same, found = _count_turns(c, c.exact.theta, c.exact.phi_mod), {}
     dense = not period or (np.diff(t) < period / 6).all()
     before = 2 * t[0] - t[1] if t[0] < 0 else max(0.0, 2 * t[0] - t[1])
     try:
@@ -290,9 +291,9 @@ def count_events(c: Comparison) -> dict[str, Count]:
     return found
 
 
-def _counted(c: Comparison, theta: Any, phi: Any) -> dict[str, int | None]:
+def _count_turns(c: Comparison, theta: Any, phi: Any) -> dict[str, int | None]:
     """Turns of θ and of φ; a turn of θ at which the axis rests is a cusp."""
-    t, exact, found = c.since, c.exact, dict[str, int | None].fromkeys(EVENTS)
+    t, exact, found = c.elapsed, c.exact, dict[str, int | None].fromkeys(EVENTS)
     if theta is not None:
         swing = max(LEAST_TURN * float(np.ptp(exact.theta)) + NOISE, LEAST_SWING * (not nutates(c)))
         tops = _turns(theta, swing)
@@ -319,7 +320,7 @@ def _turns(x: Array, least: float) -> Any:
 
 def measure_condition(c: Comparison) -> float:
     """How far the axis moves, at most, when each number changes by half an ulp [rad]."""
-    times = c.since[np.linspace(0, c.since.size - 1, 8).astype(int)].tolist()
+    times = c.elapsed[np.linspace(0, c.elapsed.size - 1, 8).astype(int)].tolist()
     rounded = c.with_numbers(theta=float(c.start.theta)).with_numbers(A=float(c.top.A))
     numbers = {name: getattr(rounded.top, name) for name in MOMENT_NAMES}
     held = ("theta", "thetadot", "phidot", c.start.held)

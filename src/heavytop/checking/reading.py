@@ -20,7 +20,7 @@ from heavytop.errors import ForeignFile
 from heavytop.exact.pairs import Array
 from heavytop.scene.arguments import expect, path_of, wrong_type
 from heavytop.scene.quantities import ANGLES, RATES
-from heavytop.text import harmless, nearest
+from heavytop.text import nearest, printable
 
 DataTable = Mapping[str, Any]
 Headers = dict[str, list[tuple[str, Unit | None]]]
@@ -74,7 +74,7 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     if isinstance(data, str | os.PathLike):
         path = path_of("data", data)
         path = path / RUN_FILE if path.is_dir() else path
-        name, given = harmless(path), _load(path, chosen)
+        name, given = printable(path), _load(path, chosen)
     elif not hasattr(data, "keys"):
         raise wrong_type("data", "the path of a file, or arrays by their names", data)
     elif any(getattr(getattr(data, "index", None), "names", ())):  # of pandas, such as t
@@ -85,10 +85,10 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     numbers = {each: x for each, column in table.items() if (x := _numbers(column)) is not None}
     found = choose_columns(table, numbers, chosen, faults)
     values = _values(numbers, found, faults)
-    declared, remarks = _declared(found)
+    declared, remarks = _read_declared(found)
     rows = _usable_rows(table, values, faults, remarks)
     if faults:
-        raise ForeignFile("\n".join(f"{name}: {harmless(fault)}" for fault in faults))
+        raise ForeignFile("\n".join(f"{name}: {printable(fault)}" for fault in faults))
     grain = _values({each: grain_of(x) for each, x in numbers.items()}, found, [])
     grain["t"] = grain["t"] * is_rounded(values["t"], grain["t"])
     random, some = np.random.default_rng(0), {x: values[x][rows] for x in values}
@@ -96,10 +96,10 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
         x: y + grain[x][rows] / np.sqrt(3) * random.choice((-1, 1), y.shape)
         for x, y in some.items()
     }
-    shaken = _scaled(moved, []) if any(x[rows].any() for x in grain.values()) else {}
+    shaken = _normalize(moved, []) if any(x[rows].any() for x in grain.values()) else {}
     used = dict.fromkeys(table, "")
     used |= {column: quantity for quantity, those in found.items() for column, _ in those}
-    return Data(name, _scaled(some, remarks), shaken, remarks, declared, used, scene)
+    return Data(name, _normalize(some, remarks), shaken, remarks, declared, used, scene)
 
 
 # --- columns -------------------------------------------------------------------------------------
@@ -181,7 +181,7 @@ def _values(numbers: DataTable, found: Headers, faults: list[str]) -> dict[str, 
     return values
 
 
-def _declared(found: Headers) -> tuple[list[str], list[str]]:
+def _read_declared(found: Headers) -> tuple[list[str], list[str]]:
     """The conventions that headers declare, and a remark on their units."""
     units = defaultdict[Unit, list[str]](list)
     for name, unit in chain.from_iterable(found.values()):
@@ -210,7 +210,7 @@ def _usable_rows(
             bad |= ~flat.any(axis=1)
         if bad.any():
             rule = f"a finite number below {LARGEST_VALUE:g}, no vector of length 0, is needed"
-            faults.append(f"{name}: {rule} in {_listed(bad)}")
+            faults.append(f"{name}: {rule} in {_row_list(bad)}")
         kept &= ~missing
     rows = np.flatnonzero(kept)
     if faults:
@@ -229,13 +229,13 @@ def _usable_rows(
         remarks.append("the times decrease: the rows are turned round")
     steps = np.diff(values["t"][rows], prepend=-np.inf)
     if (steps == 0).any():
-        remarks.append(f"what repeats a time is left out: {_listed(steps == 0)}")
+        remarks.append(f"what repeats a time is left out: {_row_list(steps == 0)}")
     if (steps < 0).any():
-        faults.append(f"t: the times must increase or decrease: {_listed(steps < 0)}")
+        faults.append(f"t: the times must increase or decrease: {_row_list(steps < 0)}")
     return rows[steps != 0]
 
 
-def _listed(rows: Any) -> str:
+def _row_list(rows: Any) -> str:
     """The numbers of the first rows of some."""
     found = np.flatnonzero(rows) + 1
     more = f", and {found.size - ROWS_LISTED} more" * (found.size > ROWS_LISTED)
@@ -245,7 +245,7 @@ def _listed(rows: Any) -> str:
 # --- lengths and descriptions --------------------------------------------------------------------
 
 
-def _scaled(values: dict[str, Array], remarks: list[str]) -> dict[str, Array]:
+def _normalize(values: dict[str, Array], remarks: list[str]) -> dict[str, Array]:
     """The arrays with lengths of 1, matrices for quaternions, and tilts for elevations.
 
     Lengths are divided by their first, so that a drift of them stays in the data.
@@ -311,7 +311,7 @@ def _load(path: Path, chosen: Mapping[str, str]) -> Any:
                 return _load_text(path, chosen)
     except Exception as fault:  # of several libraries, on bytes that anybody wrote
         why = " ".join(str(getattr(fault, "strerror", None) or fault).split())
-        raise ForeignFile(f"{harmless(path)}: not readable ({harmless(why)})") from fault
+        raise ForeignFile(f"{printable(path)}: not readable ({printable(why)})") from fault
 
 
 def _load_text(path: Path, chosen: Mapping[str, str]) -> DataTable:

@@ -84,7 +84,7 @@ class Explanation(NamedTuple):
         may be nearer to theirs in something.
         """
         new = (step for step in self.steps if not other.names.issuperset(step.names))
-        if any(step.convention.whole for step in new):
+        if any(step.convention.is_global for step in new):
             return bool(other.misfit.max() - self.misfit.max() > CLEAR_BY)
         return bool((other.misfit - self.misfit > CLEAR_BY).any())
 
@@ -123,13 +123,13 @@ def undo_names(comparison: Comparison, names: Iterable[str]) -> Comparison:
     """The data without the conventions of some names, in the variants that fit best."""
     names = {*names}
     rows = tuple(k for k, row in enumerate(TABLE) if row.name in names)
-    tried = [x for x in _try(*_some(comparison), [rows]) if x.names == names]
+    tried = [x for x in _try(*_choose_rows(comparison), [rows]) if x.names == names]
     return undo(comparison, min(tried, key=by_total).steps) if tried else comparison
 
 
 def explain(comparison: Comparison) -> Judgement:
     """The conventions that explain the data clearly better than any others do."""
-    some, begins = _some(comparison)
+    some, begins = _choose_rows(comparison)
     base = next(_try(some, begins, [()]), Explanation((), np.zeros(1)))
     if base.first < NO_ERROR and max(np.max(x) for x in some.errors.values()) < NO_ERROR:
         base = base._replace(misfit=np.full_like(base.misfit, -6.5))  # however little it moves
@@ -147,26 +147,26 @@ def explain(comparison: Comparison) -> Judgement:
             break
         if level <= 2:
             found += _try(some, begins, combinations(every if level == 1 else often, level))
-        extend(_ranked(found)[: EXTENDED * (level > 1)], every)
+        extend(_rank(found)[: EXTENDED * (level > 1)], every)
         best = min(found, key=by_total)
     if not best.fits:  # an axis with the spin is undone by the ψ of the scene's A
-        ranked = _ranked(found)[:EXTENDED]
+        ranked = _rank(found)[:EXTENDED]
         extend([x for x in ranked if "axis-with-spin" not in x.names], [INERTIA_ROW])
     verdict = judge(found)
     doubtful = {step for step in verdict.best.steps if step.convention.doubtful}
     if any(verdict.sure.issuperset(step.names) for step in doubtful):  # does a number do the same?
         kept = tuple(step for step in verdict.best.steps if step not in doubtful)
-        extend([x for x in _ranked(found) if x.steps in ((), kept)], [NUMBER_ROW])
+        extend([x for x in _rank(found) if x.steps in ((), kept)], [NUMBER_ROW])
         verdict = judge(found)
     return verdict
 
 
-def _ranked(found: Iterable[Explanation]) -> list[Explanation]:
+def _rank(found: Iterable[Explanation]) -> list[Explanation]:
     """The explanations, each once, the best first."""
     return sorted({each.steps: each for each in found}.values(), key=by_total)
 
 
-def _some(comparison: Comparison) -> tuple[Comparison, Any]:
+def _choose_rows(comparison: Comparison) -> tuple[Comparison, Any]:
     """The rows that conventions are tried on, and where their octaves begin."""
     size = comparison.t.size
     rows, begins = octaves(size)

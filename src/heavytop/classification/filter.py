@@ -166,7 +166,7 @@ class Filtered(NamedTuple):
     open_tags: Codes
 
 
-def filtered(starts: Starts, tagged: bool = False) -> Codes:
+def filter_kinds(starts: Starts, tagged: bool = False) -> Codes:
     """The kinds of motion, as far as doubles decide them: the rows of `Filtered`.
 
     Of impossible starts nothing is meant.

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from heavytop.classification import arrays
 from heavytop.classification.arrays import VERDICT_NAMES, Codes, InputArrays, Mask, Starts
 from heavytop.classification.classify import classify
-from heavytop.classification.filter import Filtered, filtered
+from heavytop.classification.filter import Filtered, filter_kinds
 from heavytop.errors import Impossible
 from heavytop.exact.pairs import Array
 from heavytop.scene.arguments import expect
@@ -142,8 +142,8 @@ def classify_many(
 
 def _filter_chunk(starts: Starts, tagged: bool) -> Codes:
     """Decide what doubles can decide."""
-    rows = filtered(starts, tagged)
-    broken, unsure = impossible(starts.A, starts.C, starts.theta), Filtered(*rows).certain == 0
+    rows = filter_kinds(starts, tagged)
+    broken, unsure = is_impossible(starts.A, starts.C, starts.theta), Filtered(*rows).certain == 0
     if unsure.any():  # where a sign is known, all are finite
         for each in starts.arrays:
             broken = broken | unsure & ~np.isfinite(each)
@@ -171,7 +171,7 @@ def _classify_open(columns: InputArrays, found: Codes) -> int:
 _IMPOSSIBLE: Final = np.array([[arrays.IMPOSSIBLE], [0], [1], [0], [0]], np.uint8)  # it is proved
 
 
-def impossible(A: Array, C: Array, theta: Array) -> Mask:
+def is_impossible(A: Array, C: Array, theta: Array) -> Mask:
     """Where a rule of `Top` or `State` is broken by numbers, all of them finite."""
     with np.errstate(invalid="ignore", over="ignore"):
         broken: Mask = ~((A > 0) & (C >= 0) & (theta >= 0) & (theta <= pi))

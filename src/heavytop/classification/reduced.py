@@ -274,7 +274,7 @@ class StartMotion(ReducedMotion):
         """φ₀ and ψ₀ [rad]."""
         start, pole = self.start, self._pole
         angles = start.phi.ball(bits), start.psi.ball(bits)
-        return _other_side(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
+        return _opposite_side(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
 
 
 def reduced_numbers(
@@ -346,7 +346,7 @@ class AxisMotion(ReducedMotion):
         ((x, y, z), (lx, ly, _)), (phi, psi) = self.vectors, map(arb, self.start)
         pole = 1 if z > 0 else -1
         back = x == y == 0 and pole * (phi.cos() * lx + phi.sin() * ly) < 0  # from ė = l × e
-        return _other_side(pole, phi, psi) if back else (phi, psi)
+        return _opposite_side(pole, phi, psi) if back else (phi, psi)
 
 
 # --- of constants, and through poles -------------------------------------------------------------
@@ -389,6 +389,6 @@ class PassingMotion(ReducedMotion):
         return self.source.angles(bits)
 
 
-def _other_side(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
+def _opposite_side(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
     """The angles of the same place on a pole, seen from the other side."""
     return phi + arb.pi(), psi - pole * arb.pi()

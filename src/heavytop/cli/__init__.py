@@ -27,8 +27,8 @@ __all__ = ["EXIT_CODES", "Exit", "app", "main"]
 
 VERBS: Final = {
     "run": "cli.run:run",
-    "classify": "results.classification:classified",
-    "plan": "results.classification:planned",
+    "classify": "results.classification:classify_scene",
+    "plan": "results.classification:plan_scene",
     **{file.removesuffix(".json"): each.command for file, each in RESULTS.items() if each.study},
     "resume": "cli.run:resume studies.study:resume",
     "reference": "cli.verbs:reference analytic.reference:reference",

@@ -29,10 +29,10 @@ import click
 from click.shell_completion import shell_complete
 
 from heavytop import errors
-from heavytop.cli.signature import place_of, read_verb
+from heavytop.cli.signature import positional, read_verb
 from heavytop.errors import Exit
 from heavytop.results.registry import RESULTS
-from heavytop.text import harmless, in_a_line
+from heavytop.text import in_a_line, printable
 
 EXIT_CODES: Final = (
     "Exit codes: 0 ok; 1 a bug; 2 a bad option, or a missing optional package; 3 a bad scene, data "
@@ -164,24 +164,24 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
 def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -> None:
     """Call the function ``module:function`` with what was typed; write and print what it found."""
     from heavytop.results.base import command_line, typing
-    from heavytop.scene.arguments import gathering
-    from heavytop.scene.quantities import SI, read_units, showing
+    from heavytop.scene.arguments import gather
+    from heavytop.scene.quantities import SI, read_units, show_units
 
     module, _, name = place.partition(":")
     given = {x: typed[x] for x in takes if typed.get(x) not in (None, ())}
     folder, path = typed.get("folder"), typed.get("path")
     if path is not None and not path.suffix:
         folder, path = path, None
-    with gathering() as attempt:
+    with gather() as attempt:
         attempt(expect_writable, "folder", folder)
         attempt(expect_writable, "path", path and path.parent)
         units = SI if typed["unit"] is None else attempt(read_units, typed["unit"])
-        if of_scene := place_of(takes) == "scene":
+        if of_scene := positional(takes) == "scene":
             given["scene"] = attempt(read_scene, typed["scene"], typed["changes"])
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
     context, printed = click.get_current_context(), typed["json"] and folder is path is None
-    with typing(command_line(context.obj)), showing(SI if printed else units):
+    with typing(command_line(context.obj)), show_units(SI if printed else units):
         if of_scene:
             note(f"{context.info_name} {given['scene'].name}")
         with ExitStack() as working:  # a bar that is still drawn would take stdout for itself
@@ -195,7 +195,7 @@ def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -
             found = getattr(import_module(f"heavytop.{module}"), name)(**given)
         if isinstance(found, Path):
             document = {"schema": f"heavytop/{name}/1", "scene": given["scene"].name}
-            size = f"{harmless(found)}: {found.stat().st_size / 1e6:.2g} MB"
+            size = f"{printable(found)}: {found.stat().st_size / 1e6:.2g} MB"
             found = CommandResult(size, document=document | {"file": str(found)})
         answer = found if isinstance(found, CommandResult) else CommandResult(found)
         deliver(answer, folder, path, typed.get("figures", True))
@@ -209,9 +209,9 @@ def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
     scene = scene or DEFAULT_SCENE
     if scene in shipped_names() or not Path(scene).is_dir():
         return scenes.load_scene(scene, overrides=list(changes))
-    from heavytop.studies.journal import begun_with
+    from heavytop.studies.journal import first_line
 
-    if not (run := begun_with(Path(scene)).get("run")):
+    if not (run := first_line(Path(scene)).get("run")):
         raise errors.ForeignFile(f"{scene}: neither a scene nor the folder of a run")
     return scenes.read_scene(run["text"], f"{run['name']}.toml", list(changes))
 
@@ -226,7 +226,7 @@ def option(name: str) -> Any:
 
 def print_error(text: str) -> None:
     """Print something that is not a result."""
-    lines = "\n".join(map(harmless, text.split("\n")))  # names of files may have escape codes
+    lines = "\n".join(map(printable, text.split("\n")))  # names of files may have escape codes
     with suppress(OSError):  # of a closed or a full stderr: the exit code still says it
         print(f"heavytop: {lines}", file=sys.stderr, flush=True)
 

@@ -57,7 +57,7 @@ def run(
     read_options(scene, digits=digits, **asked)
     if digits is not None:
         scene = replace(scene, digits=digits)
-    return run_in(folder, scene, asked, figures, progress, force)
+    return run_folder(folder, scene, asked, figures, progress, force)
 
 
 def resume(
@@ -77,9 +77,9 @@ def resume(
     from heavytop.results.registry import RESULTS
     from heavytop.scene.scene import read_scene
     from heavytop.studies import study
-    from heavytop.studies.journal import begun_with
+    from heavytop.studies.journal import first_line
 
-    begun = begun_with(folder)
+    begun = first_line(folder)
     with typing(begun.get("command") or typed()):  # that of the command that began it
         if not (run := begun.get("run")):
             finished = any((folder / name).exists() for name in RESULTS)
@@ -90,20 +90,20 @@ def resume(
             return CommandResult(known, [(code, f"{folder}: this run is {known.outcome}")])
         scene, asked = read_scene(run["text"], f"{run['name']}.toml"), begun["parameters"]
         asked = {name: asked[name] for name in ("formulation", "tolerance")}
-        return run_in(folder, scene, asked, figures and run["figures"], progress)
+        return run_folder(folder, scene, asked, figures and run["figures"], progress)
 
 
-def run_in(
+def run_folder(
     folder: Path | None, scene: Scene, asked: Any, figures: bool, progress: Any, force: bool = False
 ) -> CommandResult:
     """Run a scene, or what is left of it; what cannot be run touches no folder."""
     from heavytop.report.files import open_run
     from heavytop.results.run import run_result
     from heavytop.run.plan import closed_form_of
-    from heavytop.run.planning import planned
+    from heavytop.run.planning import plan_motion
 
     motion = closed_form_of(scene)
-    plan = planned(scene, motion, **asked)
+    plan = plan_motion(scene, motion, **asked)
     with ExitStack() as held:
         if folder:
             held.enter_context(open_run(folder, scene, asked, figures=figures, force=force))
@@ -128,7 +128,7 @@ def integrate(
     from heavytop.report.files import tables_of
     from heavytop.results.run import TRAJECTORY
     from heavytop.run.exact import SceneMotion
-    from heavytop.run.propagation import Course, completed, integrate_plan
+    from heavytop.run.propagation import Course, finish, integrate_plan
     from heavytop.run.trajectory_file import load_trajectory
 
     if plan.formulation == "none":
@@ -142,7 +142,7 @@ def integrate(
             warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
             course = Course(progress, checkpoint)
             if part:
-                return completed(part, course), None
+                return finish(part, course), None
             return integrate_plan(scene, motion, plan, course), None
     except EndedEarly as early:
         if early.outcome is Outcome.INTERRUPTED:  # comparing the part would take as long as it did
@@ -156,7 +156,7 @@ def problems_of(
 ) -> Iterator[tuple[Exit, str]]:
     """What is wrong with a run, and where the part that was done can be found."""
     from heavytop.run.counts import differences
-    from heavytop.run.verify import missed
+    from heavytop.run.verify import miss_text
 
     if early is not None:
         where = "above (-o DIR keeps it)" if folder is None else f"in {folder}"
@@ -164,7 +164,8 @@ def problems_of(
         yield early.exit, f"ended early {at}: {early}; the partial result is {where}"
         return
     if result.missed_digits:
-        yield Exit.OUT_OF_BOUND, missed(dict(result.missed_digits), result.scene["want"]["digits"])
+        found = miss_text(dict(result.missed_digits), result.scene["want"]["digits"])
+        yield Exit.OUT_OF_BOUND, found
     if result.missed_events:  # of which a warning tells, unless it is quiet
         why = "; ".join(differences(result.missed_events, result.events))
         yield Exit.OUT_OF_BOUND, why if option("quiet") else ""

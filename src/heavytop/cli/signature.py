@@ -58,11 +58,11 @@ def read_verb(
         for names, said in ENTRY.findall(sections.get("Parameters", "")):
             about |= dict.fromkeys(names.split(", "), plain(said))
     takes = {name: each for name, each in takes.items() if each.kind is not each.VAR_KEYWORD}
-    about |= {name: text for name, text in HELP.items() if name in (place_of(takes), "executor")}
+    about |= {name: text for name, text in HELP.items() if name in (positional(takes), "executor")}
     stored &= not takes.keys() & {"folder", "path"}
     folder = Parameter("folder", Parameter.KEYWORD_ONLY, default=None)
     about = {"folder": "Write document and chart to this folder."} | about
-    words = [*typed(takes | {"folder": folder} if stored else takes, about)]
+    words = [*options_of(takes | {"folder": folder} if stored else takes, about)]
     return takes, words, "\n\n".join(map(plain, text.split("\n\n")))
 
 
@@ -84,7 +84,7 @@ def plain(text: str) -> str:
     return MARKED_CODE.sub(r"\1", " ".join(text.split()))
 
 
-def place_of(takes: Mapping[str, Parameter]) -> str:
+def positional(takes: Mapping[str, Parameter]) -> str:
     """The parameter that is typed without its name; empty where there is none."""
     first = next(iter(takes.values()), None)
     return "" if first is None or first.kind is first.KEYWORD_ONLY else first.name
@@ -123,9 +123,11 @@ TYPES: Final[Mapping[str, tuple[Any, str | None]]] = {
 DRAWN: Final[Mapping[str, Any]] = {"flag_value": False, "default": True}
 
 
-def typed(takes: Mapping[str, Parameter], about: Mapping[str, str]) -> Iterator[click.Parameter]:
+def options_of(
+    takes: Mapping[str, Parameter], about: Mapping[str, str]
+) -> Iterator[click.Parameter]:
     """What is typed for the parameters of a function: an argument, and options."""
-    place = place_of(takes)
+    place = positional(takes)
     for name, each in takes.items():
         kinds = ["Path"] if name in ("folder", "path") else each.annotation.split(" | ")
         kind = next((word for x in kinds for word in TYPES if x.startswith(word)), "")

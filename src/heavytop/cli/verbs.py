@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from heavytop import errors
 from heavytop.cli.command import TABLE_ENDINGS, CommandResult, option, print_error, read_scene
-from heavytop.cli.run import run_in
+from heavytop.cli.run import run_folder
 from heavytop.errors import Exit, Impossible
-from heavytop.scene.arguments import Broken, gathering
-from heavytop.text import harmless
+from heavytop.scene.arguments import Broken, gather
+from heavytop.text import printable
 
 if TYPE_CHECKING:
     from heavytop.analytic.reference import Reference
@@ -95,13 +95,13 @@ def reference(
     """
     from heavytop.analytic import reference
 
-    broken = wrong_ending(path, TABLE_ENDINGS)
+    broken = ending_fault(path, TABLE_ENDINGS)
     if events and not (option("json") or (path is not None and path.suffix.lower() == ".json")):
         broken.append(("events", "needs --json or -o x.json: no table has them"))
     if option("unit"):
         broken.append(("unit", "reference has SI alone, in which every digit is proved"))
     given |= {"times": reference.read_times(times), "events": events}
-    with gathering(broken) as attempt:
+    with gather(broken) as attempt:
         attempt(reference.read_request, scene, **given)
     return reference.reference(scene, **given)
 
@@ -116,12 +116,12 @@ def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = 
     """
     from heavytop.studies import sweep
 
-    with gathering(wrong_ending(path, ("", *TABLE_ENDINGS))) as attempt:
+    with gather(ending_fault(path, ("", *TABLE_ENDINGS))) as attempt:
         attempt(sweep.read_request, scene, over, facts)
     return sweep.sweep(scene, over, facts)
 
 
-def wrong_ending(path: Path | None, endings: Sequence[str]) -> Broken:
+def ending_fault(path: Path | None, endings: Sequence[str]) -> Broken:
     """What is wrong with a file whose name ends otherwise."""
     if path is None or path.suffix.lower() in endings:
         return []
@@ -158,7 +158,7 @@ def check(
         broken.append(("digits", f"{digits:g} is not a number of digits"))
     if changes and scene is None:
         broken.append(("changes", "needs a --scene to change"))
-    with gathering(broken) as attempt:
+    with gather(broken) as attempt:
         subject = None if scene is None else attempt(judge.subject, scene, changes)
         attempt(judge.expect_conventions, given.get("undone", ()))
     return replace(judge.check(data, subject, **given), digits_required=digits)
@@ -211,11 +211,11 @@ def report(
     figures = sum(len(section.pictures) for section in page.sections)
     document = {
         "schema": "heavytop/report/2",
-        "file": harmless(html),
+        "file": printable(html),
         "results": [section.name for section in page.sections],
         "missing": [{"study": name, "reason": why} for name, why in missing.items()],
     }
-    said = f"{harmless(html)}: results: {len(page.sections)}, figures: {figures}"
+    said = f"{printable(html)}: results: {len(page.sections)}, figures: {figures}"
     notes = [(Exit.OK, f"not on the page: {name}: {why}") for name, why in missing.items()]
     return CommandResult(said, notes, document)
 
@@ -241,7 +241,7 @@ def run_all(
         folder = (kept or place) / name
         try:
             if name == "run":
-                answer = run_in(folder, scene, RUN_DEFAULTS, figures=False, progress=progress)
+                answer = run_folder(folder, scene, RUN_DEFAULTS, figures=False, progress=progress)
             else:
                 given = [scene if x == "scene" else x for x in studies[name].reported or ()]
                 study = resolve_name(f"heavytop.{studies[name].function}")

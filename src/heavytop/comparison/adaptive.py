@@ -66,7 +66,7 @@ def right_hand_side(problem: InitialValueProblem, *, guarded: bool = True) -> Ri
     return at
 
 
-class Taken(NamedTuple):
+class TakenSteps(NamedTuple):
     """Steps that a solver took from time 0."""
 
     times: Array  # with the start, shape (k + 1,)
@@ -76,7 +76,7 @@ class Taken(NamedTuple):
     steps: int = 0  # where more were taken than are here
 
 
-Solver = Callable[..., Taken]
+Solver = Callable[..., TakenSteps]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -99,11 +99,11 @@ class AdaptiveStepper(steppers.Stepper):
     solver: Solver
     direction: int
     far: float = _FAR
-    on_steps: Callable[[Taken], object] = id
+    on_steps: Callable[[TakenSteps], object] = id
 
     def block(self, at: StepperState) -> StepperState:
         """Take a block of steps."""
-        taken = self._taken(np.array(at.state), self.direction * self.far, *at.carry)
+        taken = self._take_steps(np.array(at.state), self.direction * self.far, *at.carry)
         self.on_steps(taken)
         time = add(at.time, (float(taken.times[-1]), 0.0))
         count = taken.steps or len(taken.times) - 1
@@ -117,21 +117,21 @@ class AdaptiveStepper(steppers.Stepper):
         """Return the states at times in the block after a state: a run aside for each."""
         local = [add(t, (-at.time[0], -at.time[1]))[0] for t in times]
         ahead = [self.direction * t for t in local]
-        taken = self._taken(np.array(at.state), self.direction * self.far, *at.carry)
+        taken = self._take_steps(np.array(at.state), self.direction * self.far, *at.carry)
         last = np.searchsorted(self.direction * taken.times, ahead, "right") - 1
         rests = (t - float(taken.times[i]) for i, t in zip(last, local, strict=True))
-        rows = [self._aside(taken.states[i], rest) for i, rest in zip(last, rests, strict=True)]
+        rows = [self._rerun(taken.states[i], rest) for i, rest in zip(last, rests, strict=True)]
         return np.array(rows).reshape(-1, len(self.start))
 
-    def _aside(self, state: Array, rest: float) -> Array:
+    def _rerun(self, state: Array, rest: float) -> Array:
         if rest == 0:
             return state
-        times, states, *_ = self._taken(state, rest)
+        times, states, *_ = self._take_steps(state, rest)
         if times[-1] != rest:
             raise IntegrationFailed("the solver gave up between two steps")
         return np.asarray(states[-1])
 
-    def _taken(self, state: Array, end: float, *first: float) -> Taken:
+    def _take_steps(self, state: Array, end: float, *first: float) -> TakenSteps:
         taken = self.solver(state, end, self.steps, *first)
         if not np.isfinite(taken.states).all():
             raise steppers.NotFinite
@@ -157,7 +157,7 @@ def scipy_stepper(
     kind = getattr(scipy.integrate, name)
     bounds = {"rtol": max(tolerance, RTOL_LEAST), "atol": tolerance if atol is None else atol}
 
-    def solver(state: Array, end: float, most: int, first: float | None = None) -> Taken:
+    def solver(state: Array, end: float, most: int, first: float | None = None) -> TakenSteps:
         times, states = [0.0], [state]
         with warnings.catch_warnings(action="ignore"):  # what they say is checked
             try:
@@ -172,7 +172,7 @@ def scipy_stepper(
                     raise Singular from error
                 raise IntegrationFailed(f"the solver gave up: {error}") from error
         carry = () if name == "LSODA" else (float(run.h_abs),)
-        return Taken(np.array(times), np.array(states), run.nfev, carry)
+        return TakenSteps(np.array(times), np.array(states), run.nfev, carry)
 
     far, steps = (_FAR, steps) if steps else (abs(problem.span), sys.maxsize)
     return AdaptiveStepper(
@@ -190,12 +190,12 @@ def cyrk_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> 
     known = np.array([*problem.constants.values(), 0.0])  # the last counts the evaluations
     (rates, seconds), (solve, more) = _cyrk_rates(problem.equations), _cyrk_solve()
 
-    def solver(state: Array, end: float, most: int, first: float = 0.0) -> Taken:
+    def solver(state: Array, end: float, most: int, first: float = 0.0) -> TakenSteps:
         times, rows = solve(rates.address, state, end, known, tolerance, first, most)
         if times.size < 2:
             raise IntegrationFailed("the solver gave up at its start")
         carry = (abs(float(times[-1] - times[-2])),)
-        return Taken(times, rows[:, :-1], int(rows[-1, -1]), carry)
+        return TakenSteps(times, rows[:, :-1], int(rows[-1, -1]), carry)
 
     return AdaptiveStepper(solver=solver, start=problem.start, direction=problem.direction,
                            steps=steps, compile_s=seconds + more)  # fmt: skip

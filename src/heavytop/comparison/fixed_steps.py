@@ -94,7 +94,7 @@ def composition(half: Sequence[str]) -> tuple[Array, Array]:
     """Return the kicks and drifts of Strang's steps in a row, of these lengths and mirrored."""
     drifts = [Fraction(x) for x in half]
     kicks = [(a + b) / 2 for a, b in pairwise([Fraction(0), *drifts])]
-    return _mirrored(kicks, drifts)
+    return _mirror(kicks, drifts)
 
 
 def blanes_moan() -> tuple[Array, Array]:
@@ -103,10 +103,10 @@ def blanes_moan() -> tuple[Array, Array]:
     kicks = [Fraction(x) for x in ("0", *BLANES_MOAN_KICKS)]
     kicks.append(Fraction(1, 2) - sum(kicks, Fraction(0)))
     drifts.append(1 - 2 * sum(drifts, Fraction(0)))
-    return _mirrored(kicks, drifts)
+    return _mirror(kicks, drifts)
 
 
-def _mirrored(kicks: Sequence[Fraction], drifts: Sequence[Fraction]) -> tuple[Array, Array]:
+def _mirror(kicks: Sequence[Fraction], drifts: Sequence[Fraction]) -> tuple[Array, Array]:
     """Return all kicks and drifts of the first halves; the last of the drifts is the middle one."""
     return np.array([*kicks, *kicks[::-1]], float), np.array([*drifts, *drifts[-2::-1]], float)
 

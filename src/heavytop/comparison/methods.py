@@ -16,9 +16,9 @@ from typing import Any, Final
 from heavytop.comparison import fixed_steps
 from heavytop.comparison.adaptive import cyrk_stepper, scipy_stepper
 from heavytop.comparison.fixed_steps import gauss
-from heavytop.comparison.own import BODY_FORMS, OWN_STEPS, OWN_TOLERANCE, registered
-from heavytop.comparison.own_steps import own_stepper
 from heavytop.comparison.steppers import InitialValueProblem, Stepper
+from heavytop.comparison.user import BODY_FORMS, OWN_STEPS, OWN_TOLERANCE, registered
+from heavytop.comparison.user_steps import user_stepper
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
 from heavytop.exact.decimals import DOUBLE
@@ -275,7 +275,7 @@ def named(name: str) -> MethodEntry:
     if name in METHODS:
         return METHODS[name]
     if ":" in name:
-        return _own_entry(name)
+        return _user_entry(name)
     stem, _, formulation = name.rpartition("-")
     row = METHODS.get(stem)
     if row and not row.fixed and formulation in FORMULATIONS:
@@ -283,7 +283,7 @@ def named(name: str) -> MethodEntry:
     raise Impossible([("method", f"there is none called {name!r}")])
 
 
-def _own_entry(name: str) -> MethodEntry:
+def _user_entry(name: str) -> MethodEntry:
     """Return a method of one's own, which a person has named."""
     own = registered(name).method
     if own.solves:
@@ -295,7 +295,7 @@ def _own_entry(name: str) -> MethodEntry:
     return row(
         name,
         own.setting or usual,
-        partial(own_stepper, own),
+        partial(user_stepper, own),
         order=own.order,
         grid=grid if own.setting is None else (own.setting,),
         language=own.language,

@@ -20,7 +20,7 @@ import numpy as np
 from heavytop.exact.pairs import Array, DoubleDouble, two_product
 
 if TYPE_CHECKING:
-    from heavytop.comparison.own_steps import BodyForm
+    from heavytop.comparison.user_steps import BodyForm
     from heavytop.equations.formulation import Formulation
 
 Advance = Callable[[Array, Array, int], int]
@@ -191,11 +191,11 @@ def derivatives(
     equations: Formulation, number: Callable[[Any], Any] = float, library: Any = math
 ) -> Callable[..., Sequence[Any]]:
     """Return the derivatives as a function of the states and of the constants they hold."""
-    from heavytop.equations.lambdify import lambdified
+    from heavytop.equations.lambdify import lambdify
 
     functions = {name: getattr(library, name) for name in ("sin", "cos", "sqrt")}
     arguments = (*equations.states, *equations.constants_in(equations.derivatives))
-    return lambdified(equations.derivatives, arguments, number, functions)
+    return lambdify(equations.derivatives, arguments, number, functions)
 
 
 def compiled_function(function: Callable[..., Any]) -> tuple[Any, Any]:
@@ -279,13 +279,13 @@ def summation(*, compensated: bool) -> Any:
     """Return what adds a term to a sum: from (sum, lost, term) to (sum, lost)."""
     from numba import njit
 
-    def plain(total: float, lost: float, term: float) -> tuple[float, float]:
+    def plain_sum(total: float, lost: float, term: float) -> tuple[float, float]:
         return total + term, lost
 
-    def carried(total: float, lost: float, term: float) -> tuple[float, float]:
+    def compensated_sum(total: float, lost: float, term: float) -> tuple[float, float]:
         term = term + lost
         result = total + term  # and its error: Knuth's, since e_x may be less than the term
         part = result - total
         return result, (total - (result - part)) + (term - part)
 
-    return njit(inline="always")(carried if compensated else plain)
+    return njit(inline="always")(compensated_sum if compensated else plain_sum)

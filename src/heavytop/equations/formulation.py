@@ -17,9 +17,9 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.lambdify import Functions, OfInteger, lambdified
+from heavytop.equations.lambdify import Functions, OfInteger, lambdify
 from heavytop.equations.registry import FORMULATIONS as FORMULATIONS
-from heavytop.exact.pairs import extended
+from heavytop.exact.pairs import long_epsilon
 
 time = sp.Symbol("t", real=True)
 spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits
@@ -91,7 +91,7 @@ class Formulation:
         """
         of = [*zip(self.states, self.start, strict=True), *self.parameters.items()]
         known = {lag.A: 1.3, lag.C: 0.7, lag.theta: 0.9, lag.phi: 0.4, lag.psi: 0.3}
-        function = lambdified([x for _, x in of], (*known, *lag.VELOCITIES, lag.gMR))
+        function = lambdify([x for _, x in of], (*known, *lag.VELOCITIES, lag.gMR))
 
         def values(unit: float) -> list[float]:
             rates = (unit * k for k, _ in enumerate(lag.VELOCITIES, 1))
@@ -175,10 +175,10 @@ def invariants_of(formulation: Formulation) -> Invariants:
     arguments = (*states, *constants)
     sizes = [sum(sp.Abs(a * sp.diff(x, a)) for a in arguments) for x in values]
     slopes = tuple(tuple(sp.diff(x, state) for state in states) for x in values)
-    return Invariants(states, constants, values, slopes, lambdified(sizes, arguments))
+    return Invariants(states, constants, values, slopes, lambdify(sizes, arguments))
 
 
-def observed(
+def observables(
     formulation: Formulation, constants: Sequence[Any], number: OfInteger, functions: Functions
 ) -> Callable[..., Sequence[Any]]:
     """Return a function of states and constants: u, udot, the invariants, and the axis.
@@ -192,7 +192,7 @@ def observed(
     constants : sequence of symbols
         Its parameters, in the order in which they follow the states.
     number, functions
-        As `lambdified` takes them.
+        As `lambdify` takes them.
 
     Examples
     --------
@@ -209,13 +209,13 @@ def observed(
     axis = [formulation.outputs.get(f"axis_{x}", time) for x in "xyz"]
     seen = [u, formulation.flow_derivative(u), *formulation.invariants.values()]
     seen += axis if all(x.free_symbols <= known for x in axis) else []
-    return lambdified(seen, (*formulation.states, *constants), number, functions)
+    return lambdify(seen, (*formulation.states, *constants), number, functions)
 
 
 def why_not(formulation: Formulation) -> str:
     """Return why runs of a formulation cannot be projected, or nothing."""
     if not formulation.invariants:
         return f"the {formulation.name} form has no invariant to project onto"
-    if extended() > np.finfo(float).eps / 256:
+    if long_epsilon() > np.finfo(float).eps / 256:
         return "long double has no more digits than double on this machine"
     return ""

@@ -108,10 +108,10 @@ def lagrange_equations() -> tuple[Any, ...]:
 @cache
 def accelerations() -> tuple[Any, ...]:
     """Return the second derivatives of theta, phi, psi; they have a pole at sin(theta) = 0."""
-    return _solved(lagrange_equations(), ACCELERATIONS)
+    return _solve(lagrange_equations(), ACCELERATIONS)
 
 
-def _solved(equations: Iterable[Any], unknowns: Sequence[Any]) -> tuple[Any, ...]:
+def _solve(equations: Iterable[Any], unknowns: Sequence[Any]) -> tuple[Any, ...]:
     """Solve linear equations by Cramer's rule, every determinant in normal form."""
     zeros = sp.Matrix([sp.expand(equation) for equation in equations])
     matrix = zeros.jacobian(unknowns)
@@ -137,7 +137,7 @@ def energy() -> Any:
 def cyclic_velocities() -> tuple[Any, Any]:
     """Return phidot and psidot as functions of theta and the momenta."""
     definitions = (momenta()[1] - p_phi, momenta()[2] - p_psi)
-    precession, _ = _solved(definitions, (phidot, psidot))
+    precession, _ = _solve(definitions, (phidot, psidot))
     return precession, p_psi / C - precession * sp.cos(theta)
 
 
@@ -153,7 +153,7 @@ def effective_potential() -> Any:
     values = zip((phidot, psidot), cyclic_velocities(), strict=True)
     book = p_psi**2 / (2 * C) + gMR * sp.cos(theta)
     book += (p_phi - p_psi * sp.cos(theta)) ** 2 / (2 * A * sp.sin(theta) ** 2)
-    return _written(A * thetadot**2 / 2 - reduced.subs(dict(values)), book)
+    return _book_form(A * thetadot**2 / 2 - reduced.subs(dict(values)), book)
 
 
 def reduced_energy() -> Any:
@@ -174,10 +174,10 @@ def cubic() -> Any:
     speed = 2 * (E_prime + p_psi**2 / (2 * C) - effective_potential()) / A
     product = sp.expand((1 - u**2) * speed.subs(sp.sin(theta) ** 2, 1 - u**2))
     book = 2 / A * (E_prime - gMR * u) * (1 - u**2) - (p_phi - p_psi * u) ** 2 / A**2
-    return _written(product.subs(sp.cos(theta), u), book)
+    return _book_form(product.subs(sp.cos(theta), u), book)
 
 
-def _written(derived: Any, book: Any) -> Any:
+def _book_form(derived: Any, book: Any) -> Any:
     """Return what was derived as the book writes it, which is shown to be the same."""
     numerator, _ = sp.fraction(sp.together(derived - book))
     if normal_form(numerator) != 0:

@@ -29,7 +29,7 @@ OfInteger = Callable[[int], Any]
 NUMPY: Functions = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.arctan2, "Abs": abs}
 
 
-def lambdified(
+def lambdify(
     expressions: Sequence[Any],
     arguments: Sequence[Any],
     number: OfInteger = float,
@@ -74,24 +74,24 @@ def lambdified(
     writer = _Writer(names, number, {**functions}, ordered)
     for expression in sp.flatten(expressions):
         writer.count(sp.sympify(expression))
-    returned = writer.written(expressions)
+    returned = writer.write(expressions)
     lines = [f"def function({', '.join(names)}):", *writer.lines, f"return {returned}"]
     exec(compile("\n ".join(lines), "<expressions>", "exec"), writer.known)  # no texts of others
     function: Callable[..., Any] = writer.known["function"]
     return function
 
 
-def evaluated(
+def evaluate(
     expressions: Sequence[Any], named: Mapping[str, Any], number: OfInteger, functions: Functions
 ) -> list[Any]:
     """Return what expressions become when numbers, or expressions of others, stand for symbols.
 
-    `named` has those by the names of the symbols; `number` and `functions` are as in `lambdified`.
+    `named` has those by the names of the symbols; `number` and `functions` are as in `lambdify`.
 
     Raises
     ------
     WrongType
-        As `lambdified` does.
+        As `lambdify` does.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def evaluated(
     >>> evaluated([sp.cos(x) ** 2 / 3 - y], {"x": 0, "y": 1}, float, {"cos": np.cos})
     [np.float64(-0.6666666666666667)]
     """
-    function = lambdified([*expressions], [*named], number, functions, ordered=False)
+    function = lambdify([*expressions], [*named], number, functions, ordered=False)
     return [*function(*named.values())]
 
 
@@ -123,14 +123,14 @@ class _Writer:
             for part in self.operations[node][1]:
                 self.count(part)
 
-    def written(self, node: Any) -> str:
+    def write(self, node: Any) -> str:
         """Return the code of an expression, or of a list or tuple of them."""
         if isinstance(node, (list, tuple)):
-            parts = "".join(f"{self.written(each)}, " for each in node)
+            parts = "".join(f"{self.write(each)}, " for each in node)
             return f"[{parts}]" if isinstance(node, list) else f"({parts})"
         node = sp.sympify(node)
         form, operands = self.operations[node]
-        code = form.format(*map(self.written, operands))
+        code = form.format(*map(self.write, operands))
         if operands and self.uses[node] > 1:
             name = f"part_{len(self.lines)}"
             self.lines.append(f"{name} = {code}")
@@ -195,7 +195,7 @@ def exact_values(expressions: Sequence[Any], named: Mapping[str, Exact]) -> list
     >>> float(exact_values([sp.cos(sp.Symbol("x")) ** 2], {"x": Exact.of("pi/3")})[0])
     0.25
     """
-    return evaluated(expressions, named, Exact.of, {"sin": exact.sin, "cos": exact.cos})
+    return evaluate(expressions, named, Exact.of, {"sin": exact.sin, "cos": exact.cos})
 
 
 class Rounded:
@@ -219,7 +219,7 @@ class Rounded:
         self.expressions = tuple(map(sp.sympify, expressions))
         self.names = sorted({x.name for e in self.expressions for x in e.free_symbols})
         with working(_ROUNDED_BITS):
-            self._function = lambdified(self.expressions, self.names, arb, _BALLS)
+            self._function = lambdify(self.expressions, self.names, arb, _BALLS)
 
     def __call__(self, named: Mapping[str, Exact]) -> list[float]:
         """Return the values at exact numbers, given by the names of the symbols."""

@@ -114,7 +114,7 @@ def digits_of(bits: int) -> int:
     return int(bits * math.log10(2)) + TEXT_SPARE_DIGITS
 
 
-def enough(needed: float) -> int:
+def least_bits(needed: float) -> int:
     """Return the bits of the least kind of number that has at least so many.
 
     Examples

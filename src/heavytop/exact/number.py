@@ -15,7 +15,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar
 
 from heavytop.errors import NotANumber
-from heavytop.text import article
+from heavytop.text import with_article
 
 if TYPE_CHECKING:  # slow to import, and needed for irrational numbers only
     from flint import arb
@@ -109,7 +109,7 @@ class Exact:
         for term in (*_parts("+", self), *_parts("+", b)):
             q, rest = split(term)
             total[rest] = total[rest] + q if rest in total else q
-        terms = tuple(_scaled(rest, q) for rest, q in total.items() if q)
+        terms = tuple(_multiply(rest, q) for rest, q in total.items() if q)
         return Exact("+", terms) if len(terms) > 1 else terms[0] if terms else ZERO
 
     def __mul__(self, other: Number) -> Exact:
@@ -128,7 +128,7 @@ class Exact:
         rest = tuple(part for part in found if part.op != "rational")
         if len({*rest}) < len(rest):  # a root of a power came out as a power that was there
             return math.prod(rest, start=rational(q))
-        return _scaled(Exact("*", rest) if len(rest) > 1 else rest[0] if rest else ONE, q)
+        return _multiply(Exact("*", rest) if len(rest) > 1 else rest[0] if rest else ONE, q)
 
     def __pow__(self, exponent: int | Fraction) -> Exact:
         if isinstance(exponent, bool) or not isinstance(exponent, (int, Fraction)):
@@ -276,7 +276,7 @@ class Exact:
             return self.text
         from heavytop.exact import parse  # which makes its numbers with what stands here
 
-        return parse.written(self)
+        return parse.text_of(self)
 
     def __repr__(self) -> str:
         return f"Exact.of({str(self)!r})"
@@ -314,7 +314,7 @@ def split(x: Exact) -> tuple[Fraction, Exact]:
     return _ONE, x
 
 
-def _scaled(x: Exact, q: Fraction) -> Exact:
+def _multiply(x: Exact, q: Fraction) -> Exact:
     """Return q x, of an x that has no rational factor; a sum term by term."""
     if x == ONE or q == 0 or q == 1:
         return x if q == 1 else rational(q)
@@ -377,7 +377,7 @@ def _operand(x: Any) -> Exact:
     if isinstance(x, Exact):
         return x
     if not isinstance(x, (numbers.Real, Decimal)):
-        raise TypeError(f"exact numbers go with numbers, not with {article(type(x).__name__)}")
+        raise TypeError(f"exact numbers go with numbers, not with {with_article(type(x).__name__)}")
     return Exact.of(x)  # type: ignore[arg-type]
 
 
@@ -389,7 +389,7 @@ def rational_value(x: Any) -> Fraction:
         return x
     if isinstance(x, bool) or not isinstance(x, (numbers.Real, Decimal)):
         kind = type(x).__name__
-        what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, article(kind))
+        what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, with_article(kind))
         raise NotANumber(f"a number is not {what}")
     value: Any = x
     try:

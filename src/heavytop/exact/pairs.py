@@ -99,12 +99,12 @@ def modulo_circle(high: Array, low: Array) -> Array:
     return np.where((angle >= 0) & (angle < _CIRCLE), angle, 0.0)
 
 
-def plus_turns(angle: Array, turns: Array) -> Array:
+def add_turns(angle: Array, turns: Array) -> Array:
     """Return an angle and many turns more, rounded as if they were known exactly."""
     whole, rest = two_product(turns, _CIRCLE)
     return whole + (rest + turns * (2 * PI_REST) + angle)
 
 
-def extended() -> float:
+def long_epsilon() -> float:
     """Return the relative spacing of long doubles on this machine."""
     return float(np.finfo(np.longdouble).eps)

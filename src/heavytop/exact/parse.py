@@ -16,7 +16,7 @@ from typing import Final
 from heavytop.errors import NotANumber
 from heavytop.exact.functions import FUNCTIONS
 from heavytop.exact.number import ONE, PI, Exact, in_range, out_of_range, split
-from heavytop.text import closest, harmless, nearest
+from heavytop.text import closest, nearest, printable
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
@@ -129,7 +129,7 @@ def _refusal(token: str, units: Collection[str]) -> str:
         return f"the expression ends too early: {RULE}"
     known = f"a unit: {', '.join(units)}" if units else "no unit here"
     meant = f" ({hint})" if (hint := unit_hint(token, units)) else ""
-    return f'unexpected "{harmless(token[:40])}"{meant}: {RULE}, and {known}'
+    return f'unexpected "{printable(token[:40])}"{meant}: {RULE}, and {known}'
 
 
 def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
@@ -144,7 +144,7 @@ def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
         inner = _expression(tokens, depth=depth + 1)
         if (end := tokens.pop()) != ")":
             raise _Unexpected(end)
-        value = _within_limits(FUNCTIONS[token[:-1].rstrip()](inner)) if token[:-1] else inner
+        value = _check_limits(FUNCTIONS[token[:-1].rstrip()](inner)) if token[:-1] else inner
     elif token == "pi":
         value = PI
     elif token[:1] in _DIGITS:
@@ -154,7 +154,7 @@ def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
     while (mark := tokens[-1]) in _OPERATORS and _OPERATORS[mark][0] >= loosest:
         _, tighter, applied = _OPERATORS[tokens.pop()]
         operand = UNITS.get(mark.lstrip()) or _expression(tokens, tighter, depth + 1)
-        value = _within_limits(applied(value, operand))
+        value = _check_limits(applied(value, operand))
     return value
 
 
@@ -183,7 +183,7 @@ _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] =
 # --- limits on size --------------------------------------------------------------------------
 
 
-def _within_limits(x: Exact) -> Exact:
+def _check_limits(x: Exact) -> Exact:
     """The number itself, if it is within the limits, as what it is made of is."""
     parts = x.args if x.op in ("+", "*") else (x,)
     most = {"rational": _MAX_HEIGHT, "^": _MAX_BUILT_POWER}
@@ -202,26 +202,26 @@ def _height(q: Fraction) -> int:
     return max(abs(q.numerator), q.denominator)
 
 
-def written(x: Exact) -> str:
+def text_of(x: Exact) -> str:
     """The text of a number that was computed."""
     if x.op == "rational":
         return _decimal(x.args[0])
     if x.op == "+":
-        return " + ".join(map(written, x.args)).replace(" + -", " - ")
+        return " + ".join(map(text_of, x.args)).replace(" + -", " - ")
     if x.op == "*":
         q, rest = split(x)
         if q != 1 and any(each.op == "+" for each in x.args):  # 2*(pi + 2)*pi would distribute
-            text = f"{_decimal(q)}*({written(rest)})"
+            text = f"{_decimal(q)}*({text_of(rest)})"
         else:
-            text = "*".join(f"({written(e)})" if e.op == "+" else written(e) for e in x.args)
+            text = "*".join(f"({text_of(e)})" if e.op == "+" else text_of(e) for e in x.args)
         return f"-{text[3:]}" if text.startswith("-1*") else text
     if x.op == "^":
         base, exponent = x.args
         if exponent == Fraction(1, 2):
-            return f"sqrt({written(base)})"
-        text = f"({written(base)})" if base.op in ("+", "*", "^") else written(base)
+            return f"sqrt({text_of(base)})"
+        text = f"({text_of(base)})" if base.op in ("+", "*", "^") else text_of(base)
         return f"{text}^{exponent}" if exponent.denominator == 1 else f"{text}^({exponent})"
-    return f"{x.op}({written(x.args[0])})" if x.args else x.op
+    return f"{x.op}({text_of(x.args[0])})" if x.args else x.op
 
 
 def _decimal(q: Fraction) -> str:

@@ -61,14 +61,14 @@ class Zeros(NamedTuple):
         return Zeros(*(each[index] for each in self))
 
 
-def joined(parts: Iterable[Zeros]) -> Zeros:
+def join_zeros(parts: Iterable[Zeros]) -> Zeros:
     """All zeros of several parts, in their order."""
     found = Zeros(*map(np.concatenate, zip(*parts, strict=True)))
     return found.at(np.lexsort((abs(found.t), found.which)))
 
 
 @dataclass(eq=False)
-class Journey:
+class Batch:
     """Many tops under way, each from its state at time 0 to its own end, in its own unit of time.
 
     Parameters
@@ -132,7 +132,7 @@ class Journey:
                 except BaseException:  # the pool waits for its threads
                     self.halt.set()
                     raise
-        return self.reached * self.units, self.ending, joined(self.met)
+        return self.reached * self.units, self.ending, join_zeros(self.met)
 
     def _advance(self, tops: Indices) -> None:
         """Integrate tops in full batches; those of a batch that was stopped go one by one."""
@@ -141,7 +141,7 @@ class Journey:
         spare = np.repeat(tops[-1:], -tops.size % width)  # copies of the last fill up its batch
         lanes = np.append(tops, spare).reshape(-1, width)
         real = np.arange(lanes.size).reshape(lanes.shape) < tops.size
-        last, reached, marks = self._propagated(engine, lanes)
+        last, reached, marks = self._propagate(engine, lanes)
         there, sound = reached == self.ends[lanes], np.isfinite(reached)
         done = real & (sound.all(axis=1) | (real.sum(axis=1) == 1))[:, None]
         self.reached[lanes[done & there]] = last.transpose(0, 2, 1)[done & there]
@@ -157,7 +157,7 @@ class Journey:
         for top in lanes[real & ~done]:
             self._advance(np.array([top]))
 
-    def _propagated(self, engine: _Engine, lanes: Indices) -> tuple[Array, Array, Indices]:
+    def _propagate(self, engine: _Engine, lanes: Indices) -> tuple[Array, Array, Indices]:
         """Run every batch: last states (b, n, w), times reached (b, w), zeros found after each.
 
         No time is reached in lanes that left the finite numbers.

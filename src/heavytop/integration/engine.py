@@ -55,7 +55,7 @@ def reals(texts: Any, bits: int) -> Array:
     return found
 
 
-def apart(call: Callable[[], T]) -> T:
+def in_thread(call: Callable[[], T]) -> T:
     """Return what a long call returns; Ctrl-C leaves it to itself, and it ends with the process."""
     result: Future[T] = Future()
 
@@ -75,7 +75,7 @@ def text(x: Any) -> str:
     return repr(float(x)) if bits == DOUBLE else str(hy.real(x, bits + 64))
 
 
-class Seen(NamedTuple):
+class TimedStates(NamedTuple):
     """States at given times: times [s] as high and low words, states (k, n)."""
 
     t: Array
@@ -83,21 +83,21 @@ class Seen(NamedTuple):
     states: Array
 
     @classmethod
-    def join(cls, parts: Iterable[Seen]) -> Seen:
+    def join(cls, parts: Iterable[TimedStates]) -> TimedStates:
         """Return the parts one after the other."""
         parts = [*parts]
         if len(full := [part for part in parts if part.t.size]) < 2:
             return (full or parts)[0]
         return cls(*map(np.concatenate, zip(*full, strict=True)))
 
-    def where(self, index: Any) -> Seen:
+    def where(self, index: Any) -> TimedStates:
         """Return those for which a mask holds, or those of given places."""
-        return Seen(*[column[index] for column in self])
+        return TimedStates(*[column[index] for column in self])
 
-    def after(self, begun: DoubleDouble) -> Seen:
+    def after(self, begun: DoubleDouble) -> TimedStates:
         """Return them with times since what was so long before [s]."""
         since: Any = begun  # one time for all
-        return Seen(*add(since, (self.t, self.t_low)), self.states) if any(begun) else self
+        return TimedStates(*add(since, (self.t, self.t_low)), self.states) if any(begun) else self
 
 
 class Leg(NamedTuple):
@@ -123,7 +123,7 @@ class Leg(NamedTuple):
     elapsed: DoubleDouble
     steps: int
     rows: Array
-    hits: tuple[Seen, ...]
+    hits: tuple[TimedStates, ...]
     singular: bool = False
 
 
@@ -166,7 +166,7 @@ class Engine:
             many = bits >= PARALLEL_BITS
             kind = {"fp_type": hy.real, "prec": bits, "compact_mode": True, "parallel_mode": many}
         build = partial(hy.taylor_adaptive, equations, start, pars=pars, **kind)
-        self._taylor = build() if bits == DOUBLE else apart(build)
+        self._taylor = build() if bits == DOUBLE else in_thread(build)
         self._own: Array = self._taylor.state  # looking it up takes time
         self.nothing: Array = np.empty((0, self._own.size), self._own.dtype)  # no rows of states
         self.order = int(self._taylor.order)
@@ -215,17 +215,17 @@ class Engine:
             grid = np.empty(samples.size + 2, self._own.dtype)
             grid[0], grid[1:-1], grid[-1] = self.number(0.0), samples, end
             some = {"max_steps": unwatched, "callback": None} if unwatched else {}
-            result = self._away(state, self._taylor.propagate_grid, grid, **how | some)
+            result = self._step(state, self._taylor.propagate_grid, grid, **how | some)
             outcome, taken, rows = result[0], result[3], result[5][1 : 1 + samples.size]
             if unwatched and on_step is not None:
                 if taken < unwatched or not on_step(self._taylor):  # it is past the end
                     return self.leg(state, steps, far, samples, longest, on_step)
                 how["max_steps"] -= taken
-                outcome, further, rows = self._go_on(samples, rows, end, **how)
+                outcome, further, rows = self._continue_leg(samples, rows, end, **how)
                 taken += further
         else:
             how["write_tc"] = on_step is not None
-            outcome, *_, taken, _, _ = self._away(state, self._taylor.propagate_until, end, **how)
+            outcome, *_, taken, _, _ = self._step(state, self._taylor.propagate_until, end, **how)
             rows = self.nothing
         if taken == steps or outcome in NATURAL:
             return Leg(self._own.copy(), self._taylor.dtime, taken, rows, self._hits())
@@ -234,7 +234,7 @@ class Engine:
             return Leg(state.copy(), nothing, 0, rows[:0], self._hits(), singular=True)
         return self.leg(state, taken, far, samples, longest, on_step)._replace(singular=True)
 
-    def cautious_step(self, state: Array, far: float) -> float | None:
+    def first_step_bound(self, state: Array, far: float) -> float | None:
         """Return a bound for the first steps: a little above the step beside the start [s].
 
         At a start with a symmetry, such as rest, every other Taylor coefficient vanishes or even
@@ -254,7 +254,7 @@ class Engine:
         _, length = taylor.step(far)
         if not (math.isfinite(length) and length):
             return None
-        return self._without_echo(state, math.copysign(ABOVE * length, far))
+        return self._shorten_for_start(state, math.copysign(ABOVE * length, far))
 
     def _begin(self, state: Array) -> None:
         """Stand at a state, at time 0, with no zeros found."""
@@ -263,7 +263,7 @@ class Engine:
         for found in self._zeros:
             found.clear()
 
-    def _away(
+    def _step(
         self, state: Array | None, propagate: Callable[..., Any], end: Any, **how: Any
     ) -> Any:
         """Take steps from a state, or further ones from where the last ended.
@@ -277,9 +277,9 @@ class Engine:
                     self._begin(state)
                 return propagate(end, **how)
 
-        return run() if self.bits < HEAVY_BITS else apart(run)
+        return run() if self.bits < HEAVY_BITS else in_thread(run)
 
-    def _go_on(
+    def _continue_leg(
         self, samples: Array, rows: Array, end: Any, callback: Any, **how: Any
     ) -> tuple[Any, int, Array]:
         """Take more steps of a leg, and return how they ended, their number and all rows.
@@ -296,19 +296,19 @@ class Engine:
             return bool(callback(taylor))
 
         how |= {"callback": look, "write_tc": True}
-        result = self._away(None, self._taylor.propagate_until, end, **how)
+        result = self._step(None, self._taylor.propagate_until, end, **how)
         return result[0], result[3], np.array(found).reshape(-1, self._own.size)
 
-    def _hits(self) -> tuple[Seen, ...]:
+    def _hits(self) -> tuple[TimedStates, ...]:
         """Return the zeros found, of each event function."""
         hits = []
         for found in self._zeros:
             t = np.array([t for t, _ in found], dtype=float)
             states = np.frombuffer(b"".join([state for _, state in found]))
-            hits.append(Seen(t, np.zeros_like(t), states.reshape(-1, self._own.size)))
+            hits.append(TimedStates(t, np.zeros_like(t), states.reshape(-1, self._own.size)))
         return tuple(hits)
 
-    def _without_echo(self, state: Array, bound: float) -> float:
+    def _shorten_for_start(self, state: Array, bound: float) -> float:
         """Return the size of a bound, halved until the first step loses no zero to its start [s].
 
         Where an event function is exactly zero at the start, heyoka may bracket the next zero

@@ -27,7 +27,7 @@ from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
 from heavytop.exact.decimals import DOUBLE, precision
 from heavytop.exact.pairs import EPSILON, Array, DoubleDouble, add
-from heavytop.integration.engine import HEAVY_BITS, NEVER, Engine, Leg, Seen, engine, reals
+from heavytop.integration.engine import HEAVY_BITS, NEVER, Engine, Leg, TimedStates, engine, reals
 from heavytop.integration.projection import Projection
 from heavytop.integration.system import in_units, paces_of
 
@@ -67,8 +67,8 @@ class Block:
     `singular` says that no finite step follows, or none was taken.
     """
 
-    samples: Seen
-    hits: tuple[Seen, ...]
+    samples: TimedStates
+    hits: tuple[TimedStates, ...]
     end: Checkpoint
     singular: bool
 
@@ -85,7 +85,7 @@ class Polynomials(NamedTuple):
 class Integrator:
     """What takes the steps of a run, in the unit of time of its pace [1/s].
 
-    In that unit are its `projection` and `own_constants`; in seconds these are its `parameters`.
+    In that unit are its `projection` and `scaled_constants`; in seconds these are its `parameters`.
     """
 
     def __init__(
@@ -95,9 +95,9 @@ class Integrator:
         self.engine, self.parameters = engine, dict(parameters)
         self.pace = np.float64(paces_of(form, start.astype(np.float64), known))
         self._units = np.where(form.is_rate, self.pace, 1.0)
-        self.own_constants = in_units(form, self.pace, parameters)
+        self.scaled_constants = in_units(form, self.pace, parameters)
         started = start / self._units
-        self.projection = Projection.of(form, self.own_constants, started) if projected else None
+        self.projection = Projection.of(form, self.scaled_constants, started) if projected else None
 
     @property
     def formulation(self) -> Formulation:
@@ -118,16 +118,16 @@ class Integrator:
             found.projection = Projection(own.formulation, self.projection.fixed)
         return found
 
-    def cautious_step(self, start: Checkpoint, far: float) -> float | None:
+    def first_step_bound(self, start: Checkpoint, far: float) -> float | None:
         """Return a bound for the first steps of a run, in its own unit of time; later none."""
         if start.steps:
             return None
         own = self.engine
         if own.bits > DOUBLE:
             own = engine(own.formulation, (), EPSILON)
-        own.load({name: float(x) for name, x in self.own_constants.items()})
+        own.load({name: float(x) for name, x in self.scaled_constants.items()})
         state = (start.state / self._units).astype(np.float64)
-        return own.cautious_step(state, self._own_time(far))
+        return own.first_step_bound(state, self._scaled_time(far))
 
     def block(
         self,
@@ -144,13 +144,13 @@ class Integrator:
         """
         legs, end = self._legs(start, steps, far, samples, reach)
         rows = np.concatenate([leg.rows for _, leg in legs]) * self._units
-        reached, hits = samples[: len(rows)], list[Seen]()
+        reached, hits = samples[: len(rows)], list[TimedStates]()
         for i, _ in enumerate(self.engine.events):
-            t, low, states = Seen.join(leg.hits[i].after(since) for since, leg in legs)
-            found = Seen(t / self.pace, low / self.pace, states * self._units)
+            t, low, states = TimedStates.join(leg.hits[i].after(since) for since, leg in legs)
+            found = TimedStates(t / self.pace, low / self.pace, states * self._units)
             hits.append(found.after(start.time))
         singular = legs[-1][1].singular or end.steps == start.steps
-        return Block(Seen(reached, 0 * reached, rows), tuple(hits), end, singular)
+        return Block(TimedStates(reached, 0 * reached, rows), tuple(hits), end, singular)
 
     def polynomials(
         self, start: Checkpoint, steps: int, far: float
@@ -190,10 +190,10 @@ class Integrator:
         state behind each is where the next begins.
         """
         engine, project, pace = self.engine, self.projection, self.pace
-        bound = longest = self.cautious_step(start, far)
-        engine.load(self.own_constants)
+        bound = longest = self.first_step_bound(start, far)
+        engine.load(self.scaled_constants)
         times = ((samples - start.time[0]) - start.time[1]) * pace  # since the start
-        far, reach = self._own_time(far), reach * pace
+        far, reach = self._scaled_time(far), reach * pace
         state, stride = start.state / self._units, project.stride if project else steps
         if longest is not None:
             reach = REACH * longest * stride
@@ -211,11 +211,11 @@ class Integrator:
                 to_the_end, unwatched = done < last == times.size, 0
                 if to_the_end:
                     left = abs(float(local[-1]))
-                    on_step = _until(BEYOND * left)
+                    on_step = _stop_after(BEYOND * left)
                     sure = SURE_SHARE * REACH * count * (left / within)  # a call takes as long
                     unwatched = max(0, min(int(sure) - FEW_STEPS, count - 1))
                 how = far - begun[0], local, bound, on_step, unwatched
-                leg = _sampled(engine, state, count, *how)
+                leg = _take_leg(engine, state, count, *how)
                 length = abs(leg.elapsed[0])
                 if to_the_end or not length > 0.9 * within:
                     break
@@ -229,12 +229,12 @@ class Integrator:
         time = add(start.time, (begun[0] / pace, begun[1] / pace))
         return legs, Checkpoint(time, state * self._units, start.steps + taken)
 
-    def _own_time(self, far: float) -> float:
+    def _scaled_time(self, far: float) -> float:
         """Return a time without end in the run's own unit of time, and finite."""
         return math.copysign(min(abs(far) * float(self.pace), LONGEST_TIME), far)
 
 
-def _sampled(engine: Engine, state: Array, steps: int, far: float, times: Array, *how: Any) -> Leg:
+def _take_leg(engine: Engine, state: Array, steps: int, far: float, times: Array, *how: Any) -> Leg:
     """Return a leg with a row for each time that it reached.
 
     heyoka wants times that differ and are after the start; by rounding they may be neither.
@@ -249,7 +249,7 @@ def _sampled(engine: Engine, state: Array, steps: int, far: float, times: Array,
     return leg._replace(rows=np.concatenate((state[None], leg.rows))[place])
 
 
-def _until(end: float) -> Callable[[Any], bool]:
+def _stop_after(end: float) -> Callable[[Any], bool]:
     """Return what tells after each step whether another is to follow."""
     return lambda taylor: abs(taylor.time) <= end
 
@@ -263,12 +263,12 @@ class Orbit:
 
     integrator: Integrator
     checkpoints: tuple[Checkpoint, ...]
-    samples: Seen
-    hits: tuple[Seen, ...]
+    samples: TimedStates
+    hits: tuple[TimedStates, ...]
     end: float
     steps: int
     outcome: Outcome
-    between: Seen  # at other times than the samples, on the way from the start
+    between: TimedStates  # at other times than the samples, on the way from the start
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -281,17 +281,17 @@ class Orbit:
         place = np.minimum(np.searchsorted(abs(there), abs(t)), there.size - 1)
         return place if there.size and (there[place] == t).all() else None
 
-    def seen_at(self, t: Array) -> Seen:
+    def lookup(self, t: Array) -> TimedStates:
         """Return the states at times, of those seen on the way if all of them were."""
         place = self.places_of(t)
         return self.at(t) if place is None else self.between.where(place)
 
-    def at(self, t: Array) -> Seen:
+    def at(self, t: Array) -> TimedStates:
         """Return the states at times between start and end, in any order, shape (k,)."""
         t = self.integrator.numbers(t)
         if t.size == 0:
-            return Seen(t, t, self.samples.states[:0])
-        taking, far = self.integrator.for_this_thread(), _far(self.checkpoints[0], self.end)
+            return TimedStates(t, t, self.samples.states[:0])
+        taking, far = self.integrator.for_this_thread(), _time_beyond(self.checkpoints[0], self.end)
         forward = np.copysign(1.0, far)
         order = np.argsort(forward * t, kind="stable")
         t = t[order]
@@ -307,13 +307,13 @@ class Orbit:
                 seen = taking.block(start, start.block_steps, far, asked)
                 parts.append(seen.samples)
                 late = asked[seen.samples.t.size :]  # by rounding: the next block begins there
-        return Seen.join(parts).where(np.argsort(order, kind="stable"))
+        return TimedStates.join(parts).where(np.argsort(order, kind="stable"))
 
 
-def not_begun(integrator: Integrator, start: Checkpoint) -> Orbit:
+def start_orbit(integrator: Integrator, start: Checkpoint) -> Orbit:
     """Return an orbit that is nothing yet but its start."""
     never = start.state[:0]
-    nothing = Seen(never, never, integrator.engine.nothing)
+    nothing = TimedStates(never, never, integrator.engine.nothing)
     hits, outcome = (nothing,) * len(integrator.engine.events), Outcome.INTERRUPTED
     end, steps = float(start.time[0]), start.steps
     return Orbit(integrator, (start,), nothing, hits, end, steps, outcome, between=nothing)
@@ -341,12 +341,12 @@ def integrate(
     order = np.argsort(abs(times), kind="stable")
     times, is_sample, end = times[order], order < samples.size, float(samples[-1])
     taking, first = orbit.integrator.for_this_thread(), orbit.checkpoints[-1]
-    far, begun = _far(first, end), float(first.time[0])
+    far, begun = _time_beyond(first, end), float(first.time[0])
     places, blocks, done = [*orbit.checkpoints], list[Block](), 0
     outcome: Outcome | None = None
 
     def so_far(outcome: Outcome) -> Orbit:
-        return _continued(orbit, places, blocks, is_sample, end, outcome)
+        return _append(orbit, places, blocks, is_sample, end, outcome)
 
     try:
         while outcome is None:
@@ -374,7 +374,7 @@ def integrate(
     return so_far(outcome)
 
 
-def _far(start: Checkpoint, end: float) -> float:
+def _time_beyond(start: Checkpoint, end: float) -> float:
     """Return a local time beyond the whole span, which only a step of such a length would cut."""
     return 4.0 * (end - float(start.time[0]))
 
@@ -388,7 +388,7 @@ def _reach(places: Sequence[Checkpoint]) -> float:
     return REACH * length * start.block_steps
 
 
-def _continued(
+def _append(
     known: Orbit,
     places: Sequence[Checkpoint],
     blocks: Sequence[Block],
@@ -402,15 +402,15 @@ def _continued(
     forward = np.copysign(1.0, end - begun)
     if outcome != Outcome.FINISHED:  # a step back, so that rounding cannot put it behind
         end = float(np.nextafter(np.nextafter(float(last.time[0]), begun), begun))
-    seen = Seen.join([known.samples.where(slice(0)), *(each.samples for each in blocks)])
+    seen = TimedStates.join([known.samples.where(slice(0)), *(each.samples for each in blocks)])
     is_sample = is_sample[: seen.t.size]
     return Orbit(
         integrator=known.integrator,
         checkpoints=tuple(places),
-        samples=Seen.join([known.samples, seen.where(is_sample)]),
+        samples=TimedStates.join([known.samples, seen.where(is_sample)]),
         between=seen.where(~is_sample),
         hits=tuple(
-            Seen.join([hit.where(forward * hit.t < forward * first.time[0]), *later])
+            TimedStates.join([hit.where(forward * hit.t < forward * first.time[0]), *later])
             for hit, *later in zip(known.hits, *(each.hits for each in blocks), strict=True)
         ),
         end=end,

@@ -15,14 +15,14 @@ import sympy as sp
 from numpy.typing import ArrayLike, NDArray
 
 from heavytop.equations.formulation import Formulation, spin
-from heavytop.equations.lambdify import lambdified
+from heavytop.equations.lambdify import lambdify
 from heavytop.errors import NotANumber
 from heavytop.exact.decimals import DOUBLE, precision
-from heavytop.exact.pairs import Array, plus_turns, two_product
+from heavytop.exact.pairs import Array, add_turns, two_product
 from heavytop.scene.quantities import ANGLES, RATES
 
 if TYPE_CHECKING:
-    from heavytop.integration.engine import Seen
+    from heavytop.integration.engine import TimedStates
 
 RunConstants = Mapping[str, Any]
 POLE_DISTANCE = 1e-9  # of an axis to a pole: beyond any drift of the state,
@@ -110,10 +110,10 @@ def _function(form: Formulation, what: str, bits: int) -> Any:
     if what == "outputs":
         arguments = (*arguments, *spin)
     if bits == DOUBLE:
-        return lambdified(expressions, arguments)
+        return lambdify(expressions, arguments)
     from heavytop.integration.system import number_of
 
-    return lambdified(expressions, arguments, number_of(bits))
+    return lambdify(expressions, arguments, number_of(bits))
 
 
 @cache
@@ -146,13 +146,13 @@ def sample(
     in doubles, by whoever knows them better. An angle that is more than a quarter turn off, or has
     nothing near, is left as it is.
     """
-    spun = _spun(parameters, t) if _turns_with_spin(form) else (t, t)
+    spun = _half_spin(parameters, t) if _turns_with_spin(form) else (t, t)
     values = form_values(form, "outputs", rows, parameters, t, *spun)
     unknown = np.full(t.shape, np.nan)
     full = dict.fromkeys(ANGLES, unknown) | dict(zip(form.outputs, values, strict=True))
     full |= _limits_at_poles(form, rows, full, parameters, t)
     if form.phi_wraps:
-        full |= _turned(form, full, parameters, near)
+        full |= _unwrap(form, full, parameters, near)
 
     def vector(name: str, indices: str = "xyz") -> Array:
         return np.stack([full.get(f"{name}_{i}", unknown) for i in indices], axis=-1)
@@ -163,7 +163,7 @@ def sample(
     return Sample(t, **scalars, axis=axis, omega=omega, states=rows, attitude=attitude)
 
 
-def _turned(
+def _unwrap(
     form: Formulation, full: Mapping[str, Array], parameters: RunConstants, near: Any
 ) -> dict[str, Array]:
     """Return phi and psi with their turns; beside a pole, in the direction of the pass."""
@@ -215,7 +215,7 @@ def _nearest(angle: Array, near: Array, half: NDArray[np.bool_]) -> Array:
     unit = np.where(half, 0.5, 1.0)
     turns = unit * np.rint((near - angle.astype(np.float64)) / (2 * np.pi * unit))
     if angle.dtype == np.float64:
-        turned = plus_turns(angle, turns)
+        turned = add_turns(angle, turns)
     else:
         turned = angle + 2 * np.arctan2(abs(0 * angle), 0 * angle - 1) * turns
     return np.where(abs(turned.astype(np.float64) - near) <= np.pi / 2, turned, angle)
@@ -226,7 +226,7 @@ def hypot(x: Any, y: Any) -> Any:
     return np.hypot(x, y) if x.dtype == np.float64 else np.sqrt(x * x + y * y)
 
 
-def _spun(parameters: RunConstants, t: Array) -> tuple[Array, Array]:
+def _half_spin(parameters: RunConstants, t: Array) -> tuple[Array, Array]:
     """Return cosine and sine of kappa t / 2: its last digits count, however many turns it is."""
     kappa = parameters.get("kappa", 0)
     if t.dtype != np.float64:
@@ -268,8 +268,8 @@ def invariants(
 
 
 def newton_step(
-    form: Formulation, event: str, seen: Seen, parameters: RunConstants, small: Any
-) -> tuple[Seen, NDArray[np.bool_]]:
+    form: Formulation, event: str, seen: TimedStates, parameters: RunConstants, small: Any
+) -> tuple[TimedStates, NDArray[np.bool_]]:
     """Return the zeros of an event function beside states in reals, and which of these have one.
 
     One step of Newton's method takes a state to it, along the tangent. Which part of the function
@@ -278,7 +278,7 @@ def newton_step(
     there is none. A time of zero is the start.
     """
 
-    def rates_of(at: Seen) -> Array:
+    def rates_of(at: TimedStates) -> Array:
         return np.stack(form_values(form, "derivatives", at.states, parameters, at.t), axis=-1)
 
     zero, slope = form_values(form, event, seen.states, parameters, seen.t)

@@ -29,9 +29,9 @@ from typing import Any
 import numpy as np
 
 from heavytop.equations.formulation import Formulation, invariants_of, why_not
-from heavytop.exact.pairs import EPSILON, Array, extended
+from heavytop.exact.pairs import EPSILON, Array, long_epsilon
 from heavytop.integration.engine import per_thread
-from heavytop.integration.system import hy, translated
+from heavytop.integration.system import hy, translate
 
 ROOM = 260  # states in a leg: steps take longer the more they have
 LONG_DOUBLE = int(np.finfo(np.longdouble).nmant) + 1  # bits, on this machine
@@ -62,7 +62,7 @@ class Projection:
 
     def __init__(self, formulation: Formulation, fixed: Any) -> None:
         width, count = len(formulation.states), len(formulation.invariants)
-        self.stride, self._nearest = max(1, ROOM // width), _nearest(formulation)
+        self.stride, self._nearest = max(1, ROOM // width), _compile(formulation)
         self.inside: Any = np.concatenate((np.zeros(width), fixed)).astype(np.longdouble)
         self.outside: Any = np.zeros(width + count, np.longdouble)
         self.fixed, self._given = self.inside[width:], self.inside[:width]
@@ -83,7 +83,7 @@ class Projection:
         constants = [parameters[p.name] for p in found.constants]
         scale = max(1.0, float(np.max(np.abs(start))))  # as the integrator's tolerance has it
         sizes = np.array(found.sizes(*start.tolist(), *constants), dtype=float)
-        floors = (extended() / EPSILON * sizes / scale) ** 2
+        floors = (long_epsilon() / EPSILON * sizes / scale) ** 2
         made = cls(form, np.concatenate((constants, np.zeros(sizes.size), floors)))
         made(start)
         made.fixed[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]
@@ -102,7 +102,7 @@ class Projection:
 
 
 @per_thread
-def _nearest(formulation: Formulation) -> Any:
+def _compile(formulation: Formulation) -> Any:
     """Compile x - J^+ (I(x) - target) and I(x), all of it in long double.
 
     What is fixed is handed over like the states: heyoka takes as long again for parameters.
@@ -110,17 +110,17 @@ def _nearest(formulation: Formulation) -> Any:
     found = invariants_of(formulation)
     names = {s.name: hy.expression(s.name) for s in (*found.states, *found.constants)}
     states = [names[s.name] for s in found.states]
-    values = translated(found.values, names, LONG_DOUBLE)
-    slopes = [translated(row, names, LONG_DOUBLE) for row in found.slopes]
+    values = translate(found.values, names, LONG_DOUBLE)
+    slopes = [translate(row, names, LONG_DOUBLE) for row in found.slopes]
     targets = [hy.expression(f"target_{i}") for i in range(len(values))]
     floors = [hy.expression(f"floor_{i}") for i in range(len(values))]
     off = [value - target for value, target in zip(values, targets, strict=True)]
-    projected = [x - change for x, change in zip(states, _least(slopes, off, floors), strict=True)]
+    projected = [x - change for x, change in zip(states, _solve(slopes, off, floors), strict=True)]
     inputs = [*names.values(), *targets, *floors]
     return hy.cfunc([*projected, *values], inputs, fp_type=np.longdouble)
 
 
-def _least(rows: Sequence[Sequence[Any]], sides: Sequence[Any], floors: Sequence[Any]) -> list[Any]:
+def _solve(rows: Sequence[Sequence[Any]], sides: Sequence[Any], floors: Sequence[Any]) -> list[Any]:
     """Return the least x with rows . x = sides, by Gram-Schmidt; dependent rows are left out."""
     zero, one = hy.expression(0.0), hy.expression(1.0)
     least = [zero] * len(rows[0])

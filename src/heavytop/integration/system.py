@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.lambdify import evaluated
+from heavytop.equations.lambdify import evaluate
 from heavytop.errors import MissingPackage, is_interrupt
 from heavytop.exact.decimals import DOUBLE
 from heavytop.exact.pairs import Array
@@ -47,7 +47,7 @@ def number_of(bits: int) -> Callable[[Any], Any]:
     return float if bits == DOUBLE else partial(hy.real, prec=bits)
 
 
-def translated(expressions: Sequence[Any], names: dict[str, Any], bits: int = DOUBLE) -> list[Any]:
+def translate(expressions: Sequence[Any], names: dict[str, Any], bits: int = DOUBLE) -> list[Any]:
     """Return the heyoka counterparts of sympy expressions.
 
     heyoka's own converter refuses thirds and rounds sympy's Floats to double, silently.
@@ -72,7 +72,7 @@ def translated(expressions: Sequence[Any], names: dict[str, Any], bits: int = DO
     [(1.4142135623730951 + (0.33333333333333331 * x))]
     """
     number = number_of(bits)
-    return evaluated(expressions, names, lambda integer: hy.expression(number(integer)), _FUNCTIONS)
+    return evaluate(expressions, names, lambda integer: hy.expression(number(integer)), _FUNCTIONS)
 
 
 def equations_of(
@@ -87,8 +87,8 @@ def equations_of(
     loaded = form.constants_in((*form.derivatives, *watched))
     states = {s.name: hy.expression(s.name) for s in form.states}
     names = states | {p.name: hy.par[i] for i, p in enumerate(loaded)}
-    equations = zip(states.values(), translated(form.derivatives, names, bits), strict=True)
-    return [*equations], tuple(p.name for p in loaded), translated(watched, names, bits)
+    equations = zip(states.values(), translate(form.derivatives, names, bits), strict=True)
+    return [*equations], tuple(p.name for p in loaded), translate(watched, names, bits)
 
 
 def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) -> Array:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from heavytop.plots.style import KIND_STYLES, Known, literal, sheet, title_of
 from heavytop.results.atlas import Atlas
-from heavytop.results.base import given
+from heavytop.results.base import nonzero
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import scene_of
 from heavytop.studies.atlas_plane import Axis, Plane
@@ -40,11 +40,11 @@ def atlas_figure(found: Atlas) -> Figure:
         The map, with what is held, and the scene as a bold cross.
     """
     plane = Plane(scene_of(found.scene), *(Axis.of_range(found.axes[side]) for side in "xy"))
-    title = f"{title_of(found.scene)}\nheld: {given(plane.held)}"
+    title = f"{title_of(found.scene)}\nheld: {nonzero(plane.held)}"
     with sheet(title, (7.2, 6.6), 3) as (figure, axes):
         ax = draw_map(axes[0, 0], found)
         limits, name = (ax.get_xlim(), ax.get_ylim()), literal(found.scene["name"], 30)
-        place = [at * _shown(found, side) for side, at in zip("xy", plane.place, strict=True)]
+        place = [at * _unit_scale(found, side) for side, at in zip("xy", plane.place, strict=True)]
         if all(low <= at <= high for at, (low, high) in zip(place, limits, strict=True)):
             ax.plot(*place, "Pk", ms=9, mec="white", zorder=7, label=name)
     return figure
@@ -64,7 +64,7 @@ def draw_map(ax: Axes, /, found: Atlas, **mesh: Any) -> Axes:
     kind = codes[tuple(np.s_[:: -(-n // FINEST_PICTURE)] for n in codes.shape)].values
     colours = ListedColormap([KIND_STYLES[name].colour for name in names])
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
-    sizes = {side: _shown(found, side) for side in "xy"}
+    sizes = {side: _unit_scale(found, side) for side in "xy"}
     counts = zip(sizes.items(), kind.shape[::-1], strict=True)
     edges = [_edges(found.axes[side], n) * size for (side, size), n in counts]
     ours: dict[str, Any] = {"cmap": colours, "norm": norm, "rasterized": True}
@@ -92,7 +92,7 @@ def draw_map(ax: Axes, /, found: Atlas, **mesh: Any) -> Axes:
     return ax
 
 
-def _shown(found: Atlas, side: str) -> float:
+def _unit_scale(found: Atlas, side: str) -> float:
     """How many of the unit in which an axis is shown one of SI is."""
     return quantity_of(found.axes[side].name).shown[1]
 

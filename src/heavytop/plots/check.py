@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heavytop.plots import style
-from heavytop.plots.style import gridded, line, literal
+from heavytop.plots.style import label_axes, line, literal
 from heavytop.results.base import error_of
 from heavytop.results.check import CHECKED_QUANTITIES, Check
-from heavytop.scene.quantities import SI, showing
+from heavytop.scene.quantities import SI, show_units
 
 
 def check_charts(_: Check) -> Mapping[str, Callable[..., Axes]]:
@@ -40,7 +40,7 @@ def checked_errors(ax: Axes, /, found: Check, **looks: Any) -> Axes:
     """
     curves = {name: np.array(x, float) for name, x in found.curves.items()}
     ax.set_yscale("log")
-    with showing(SI):  # which are of several units, as conditioning is
+    with show_units(SI):  # which are of several units, as conditioning is
         labels = {name: error_of(name).heading for name in CHECKED_QUANTITIES}
     for name, colour in zip(CHECKED_QUANTITIES, style.COLOURS, strict=True):
         if name in curves:
@@ -48,7 +48,7 @@ def checked_errors(ax: Axes, /, found: Check, **looks: Any) -> Axes:
             line(ax, curves["t"], off, looks, color=colour, lw=1.0, label=labels[name])
     if limit := found.condition:
         ax.axhline(limit, color=style.BLACK, ls=":", lw=1.0, label="conditioning")
-    return gridded(ax, "t [s]", "error")
+    return label_axes(ax, "t [s]", "error")
 
 
 def checked_phase(ax: Axes, /, found: Check, **looks: Any) -> Axes:
@@ -61,4 +61,4 @@ def checked_phase(ax: Axes, /, found: Check, **looks: Any) -> Axes:
     """
     curves = found.curves
     line(ax, curves["phase_t"], curves["phase"], looks, color=style.BLUE, marker="o", ms=3, lw=1.0)
-    return gridded(ax, "t [s]", "runs ahead by [s]")
+    return label_axes(ax, "t [s]", "runs ahead by [s]")

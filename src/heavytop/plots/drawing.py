@@ -15,12 +15,12 @@ from heavytop.plots.figures import pictures_of
 from heavytop.plots.style import fill
 from heavytop.results.base import Result, kind_of
 from heavytop.scene.arguments import expect, one_of, read_argument
-from heavytop.scene.quantities import UNITS_SHOWN, read_units, showing
+from heavytop.scene.quantities import UNITS_SHOWN, read_units, show_units
 
 Draw = Callable[..., Axes]
 
 
-def plotted(
+def plot_picture(
     thing: Any, what: str | None, ax: Axes | None, unit: str | None, looks: Mapping[str, Any]
 ) -> Axes:
     """Draw a picture of a thing, as `heavytop.text.Plotted.plot` says."""
@@ -30,13 +30,13 @@ def plotted(
     units = UNITS_SHOWN.get() if unit is None else read_units(expect("unit", unit, str))
     name = next(iter(charts)) if what is None else expect("what", what, str)
     draw: Draw = read_argument("what", name, one_of(charts))
-    with showing(units):
+    with show_units(units):
         if ax is not None:
             return draw(expect("ax", ax, Axes, "of matplotlib"), **looks)
-        return _shown_by_pyplot(draw, _size(thing), looks)
+        return _draw_in_pyplot(draw, _size(thing), looks)
 
 
-def _shown_by_pyplot(draw: Draw, size: Any, looks: Mapping[str, Any]) -> Axes:
+def _draw_in_pyplot(draw: Draw, size: Any, looks: Mapping[str, Any]) -> Axes:
     """Draw on the axes of a new figure that pyplot shows, with a legend."""
     from matplotlib import pyplot  # nothing else here has a global state
 
@@ -54,7 +54,7 @@ def _charts(thing: Any) -> Mapping[str, Draw]:
         return thing.charts()
     run = DrawnRun.of(thing)
     pictures = pictures_of(run)
-    names = dict.fromkeys([*["theta"] * run.stands, *pictures])
+    names = dict.fromkeys([*["theta"] * run.has_no_loop, *pictures])
     return {name: partial(_draw_run, run, pictures[name].draw) for name in names}
 
 

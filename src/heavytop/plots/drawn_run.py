@@ -16,8 +16,8 @@ from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault
 from heavytop.exact.pairs import Array
 from heavytop.plots import style
-from heavytop.plots.sphere import NUTATIONS, STEADY_TURN_S, touched
-from heavytop.plots.style import once
+from heavytop.plots.sphere import NUTATIONS, STEADY_TURN_S, push
+from heavytop.plots.style import new_label
 from heavytop.scene.quantities import values_of
 
 MOST_DRAWN_PERIODS: Final = 12  # more would only blacken the paper
@@ -60,7 +60,7 @@ class DrawnRun:
         if isinstance(run, DrawnRun):
             return run
         if isinstance(run, Motion):
-            moving = touched(run) or run
+            moving = push(run) or run
             end = nutations * moving.period if moving.period else 2 * STEADY_TURN_S
             return cls(run.at, run, end, str(run.kind))
         from heavytop.run.exact import SceneMotion
@@ -79,9 +79,9 @@ class DrawnRun:
         return WITHOUT_EVENTS if self.trajectory is None else self.trajectory.events
 
     @property
-    def stands(self) -> bool:
+    def has_no_loop(self) -> bool:
         """Whether theta cannot be drawn against phi, which is not followed, or not worth it."""
-        return touched(self.motion) is not None or not self.follows("phi")
+        return push(self.motion) is not None or not self.follows("phi")
 
     def follows(self, name: str) -> bool:
         """Whether the run has a quantity."""
@@ -115,7 +115,7 @@ class DrawnRun:
         label, colour, marker = style.EVENT_STYLES[kind]
         looks: dict[str, Any] = {"ms": 5, "mfc": "white", "ls": "none", "zorder": 3}
         if self.marked:
-            ax.plot(x, y, marker, label=once(ax, label), color=colour, **looks)
+            ax.plot(x, y, marker, label=new_label(ax, label), color=colour, **looks)
 
 
 # --- how much of it a film or a player shows, and in what time ----------------------------------
@@ -164,7 +164,7 @@ class Clip(NamedTuple):
         BadScene
             Rounds, and a time or an axis that does not go round; or speed, time and seconds.
         """
-        pushed = touched(own)
+        pushed = push(own)
         motion = pushed or own
         if rounds is not None:
             if time is not None or not motion.round:
@@ -181,7 +181,7 @@ class Clip(NamedTuple):
             time = speed * seconds if speed else _usual(motion, abs(end), seconds)
         return cls(motion, pushed is not None, math.copysign(time or 1.0, end), seconds)
 
-    def blurred(self, frames: int, points: int) -> list[str]:
+    def blur(self, frames: int, points: int) -> list[str]:
         """What so many frames, and points of the path, cannot show as it is."""
         motion, time = self.motion, abs(self.end)
         shortest = min(filter(None, (motion.period, motion.round)), default=math.inf)

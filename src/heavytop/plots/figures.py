@@ -22,8 +22,8 @@ from heavytop.errors import Impossible, NoClosedForm
 from heavytop.exact.pairs import Array
 from heavytop.plots import style
 from heavytop.plots.drawn_run import CURVE_POINTS, MOST_DRAWN_PERIODS, UNSEEN, DrawnRun
-from heavytop.plots.sphere import PUSH, STEADY_TURN_S, View, axis_path, touched
-from heavytop.plots.style import line, once, titled
+from heavytop.plots.sphere import PUSH, STEADY_TURN_S, View, axis_path, push
+from heavytop.plots.style import add_title, line, new_label
 from heavytop.results.run import FIGURES
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived
 
@@ -46,7 +46,7 @@ def _in_unit(name: str, values: Any) -> Array:
     return QUANTITIES[name].shown[1] * np.asarray(values)
 
 
-def _against(ax: Axes, run: DrawnRun, x: str, y: str, looks: Looks) -> Line2D:
+def _draw_against(ax: Axes, run: DrawnRun, x: str, y: str, looks: Looks) -> Line2D:
     """Draw one quantity of a run against another, with its events."""
     for name in (x, y):
         if not run.follows(name):
@@ -73,7 +73,7 @@ def loop(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     Impossible
         The trajectory did not follow phi; `over_time` draws theta.
     """
-    path = _against(ax, run, "phi", "theta", looks)
+    path = _draw_against(ax, run, "phi", "theta", looks)
     ax.plot(*np.asarray(path.get_xydata())[0], "o", color=path.get_color(), ms=3, zorder=4)
     return _upright(ax, run)
 
@@ -86,12 +86,12 @@ def over_time(name: str, ax: Axes, run: DrawnRun, /, **looks: Any) -> Axes:
     Impossible
         The trajectory did not follow it.
     """
-    path = _against(ax, run, "t", name, looks)
+    path = _draw_against(ax, run, "t", name, looks)
     if name not in ANGLES:
         _cut_peaks(ax, np.asarray(path.get_ydata()))
     if name != "theta":
         return ax
-    if pushed := touched(run.motion):
+    if pushed := push(run.motion):
         tilt = _in_unit("theta", pushed.at(run.path.t).theta)
         ax.plot(path.get_xdata(), tilt, "--", color=style.OTHER, lw=1.0, label=PUSHED)
     return _upright(ax, run)
@@ -107,7 +107,7 @@ def _upright(ax: Axes, run: DrawnRun) -> Axes:
     if run.shown != run.end:
         t = QUANTITIES["t"]
         ends = t.with_unit(run.shown, form=".4g"), t.with_unit(run.end, form=".6g")
-        titled(ax, f"the first {' of '.join(ends)}")
+        add_title(ax, f"the first {' of '.join(ends)}")
     return ax
 
 
@@ -117,7 +117,7 @@ def _cut_peaks(ax: Axes, values: Array) -> None:
     low, high = np.percentile(known, (1.0, 99.0)) if known.size else (0.0, 0.0)
     if high > low and PEAK * (high - low) < np.ptp(known):
         ax.set_ylim(3 * low - 2 * high, 3 * high - 2 * low)
-        titled(ax, "peaks near a pole are cut off", loc="right")
+        add_title(ax, "peaks near a pole are cut off", loc="right")
 
 
 # --- the axis on the unit sphere ---------------------------------------------------------------
@@ -135,15 +135,15 @@ def axis_on_sphere(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     start. Of a top that rests, sleeps or hangs the path is the one that it takes when touched.
     """
     path, colour, words = run.path.axis, style.PATH, ""
-    if pushed := touched(run.motion):
+    if pushed := push(run.motion):
         time = MOST_DRAWN_PERIODS * pushed.period if pushed.period else 2 * STEADY_TURN_S
         path, colour, words = axis_path(pushed, time), style.OTHER, f",\n{PUSHED}"
-    view = _VIEWS[ax] = _VIEWS[ax].reaching(path) if ax in _VIEWS else View.of(path)
+    view = _VIEWS[ax] = _VIEWS[ax].widen(path) if ax in _VIEWS else View.of(path)
     view.draw_graticule(ax)
     view.draw_path(ax, path, colour, **looks)
     run.mark_events(ax, view.project(run.events.axis)[0])
     view.frame(ax)
-    return titled(ax, f"the axis on the unit sphere,\n{view.words}{words}")
+    return add_title(ax, f"the axis on the unit sphere,\n{view.words}{words}")
 
 
 # --- the tilt by itself: its effective potential, and its phase plane ---------------------------
@@ -156,7 +156,7 @@ def effective_potential(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     tilts, floor, level = drawn_part(motion, V)
     theta, label = np.linspace(*tilts, 801), "V$_{eff}$ − $p_ψ^2/2C$"
     line(ax, _in_unit("theta", theta), A * V(theta), looks, color=style.PATH, lw=1.4, label=label)
-    ax.axhline(E_prime, color=style.OTHER, lw=1.0, ls="--", label=once(ax, "energy E′"))
+    ax.axhline(E_prime, color=style.OTHER, lw=1.0, ls="--", label=new_label(ax, "energy E′"))
     ends = motion.theta_min, motion.theta_max
     allowed = np.linspace(*ends, 401)
     below = np.minimum(A * V(allowed), E_prime)
@@ -178,7 +178,7 @@ def effective_potential(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
 
 def _start(ax: Axes, tilt: Any, y: Any, looks: Looks) -> None:
     line(ax, _in_unit("theta", tilt), y, looks, marker="o", color=style.BLACK, ms=4, ls="none",
-         label=once(ax, "start"), zorder=4)  # fmt: skip
+         label=new_label(ax, "start"), zorder=4)  # fmt: skip
 
 
 def phase_plane(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
@@ -192,7 +192,7 @@ def phase_plane(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     tilts, floor, level = drawn_part(motion, V)
     for k, amplitude in enumerate(FAMILY if level > floor else ()):
         name, other = "" if k else "other energies", floor + amplitude**2 * (level - floor)
-        _energy_curve(ax, V, other, tilts, {}, color=style.FAINT, lw=0.8, label=once(ax, name))
+        _energy_curve(ax, V, other, tilts, {}, color=style.FAINT, lw=0.8, label=new_label(ax, name))
     own = motion.nutates
     if own:
         _energy_curve(ax, V, _energy(motion), (motion.theta_min, motion.theta_max), looks,
@@ -343,7 +343,7 @@ def run_figure(name: str, run: Any) -> Figure:
     run = DrawnRun.of(run)
     _, names = FIGURES[name]
     panels = [
-        "theta" if panel == "loop" and run.stands else panel
+        "theta" if panel == "loop" and run.has_no_loop else panel
         for panel in names
         if panel != "phi" or run.follows("phi")
     ]

@@ -26,7 +26,7 @@ from scipy.spatial.transform import Rotation
 from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault, MissingPackage, Refused, refuse
 from heavytop.exact.pairs import Array
-from heavytop.files import write_whole
+from heavytop.files import write_atomic
 from heavytop.plots.drawn_run import Clip
 from heavytop.plots.sphere import PUSH, View, circle, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, literal
@@ -129,7 +129,7 @@ def film(
     expect_scene(scene)
     arguments.check_callable("progress", progress)
     arguments.expect("follow", follow, bool)
-    given = arguments.there(seconds=seconds, rounds=rounds, time=time, speed=speed)
+    given = arguments.drop_none(seconds=seconds, rounds=rounds, time=time, speed=speed)
     known, wrong = arguments.parse_options(
         "film", given | {"path": path, "fps": fps, "size": size}, FILM_OPTIONS
     )
@@ -146,7 +146,7 @@ def film(
     if form != ".mp4" and count * width * height > MOST_PIXELS:  # all frames are held
         rule = f"{count} frames are too many of this size: as an MP4, or smaller or shorter"
         raise BadScene((Fault("film", None, "size", f"{width}x{height}", rule),))
-    shot = Shot(scene, clip, (width, height), follow, count)
+    shot = FilmScene(scene, clip, (width, height), follow, count)
 
     def frames() -> Iterator[Image.Image]:
         stage = shot.stage()
@@ -155,14 +155,14 @@ def film(
             if progress is not None:
                 progress((k + 1) / count)
 
-    write_whole(place, lambda part: FILM_WRITERS[form](part, frames(), rate))
+    write_atomic(place, lambda part: FILM_WRITERS[form](part, frames(), rate))
     return place
 
 
 # --- what is shown, and from where ---------------------------------------------------------------
 
 
-class Shot:
+class FilmScene:
     """What a film shows of a scene, at even times.
 
     Attributes
@@ -177,7 +177,7 @@ class Shot:
         The angular momentum over its largest size; from body to space.
     rims : numpy.ndarray, shape (rims, sectors, 3)
         The body, in its own frame.
-    blurred : list of str
+    blur : list of str
         What so many frames cannot show.
     """
 
@@ -190,7 +190,7 @@ class Shot:
         count: int = PATH_POINTS,
     ) -> None:
         self.scene, self.clip, self.size, self.follow = scene, clip, size, follow
-        self.blurred = clip.blurred(count, PATH_POINTS)
+        self.blur = clip.blur(count, PATH_POINTS)
         self.record: Any = clip.motion.at(np.linspace(0.0, clip.end, PATH_POINTS))
         self.momentum = momentum_path(scene.top, self.record)
         turned = Rotation.from_quat(self.record.quaternion, scalar_first=True)
@@ -208,7 +208,7 @@ class Shot:
         fit = int(self.size[0] / (LETTER_WIDTH * self.font))
         title = literal(self.scene.title or self.scene.name, fit)
         pushed = [f"pushed at {PUSH:g} rad/s; untouched it stays as it is"] * self.clip.pushed
-        return [title, _pace(abs(self.clip.end) / self.clip.seconds), *pushed, *self.blurred]
+        return [title, _pace(abs(self.clip.end) / self.clip.seconds), *pushed, *self.blur]
 
     def at(self, done: float) -> int:
         """The number of the time at a fraction of the film."""

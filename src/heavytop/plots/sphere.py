@@ -13,7 +13,7 @@ from matplotlib.patches import Circle
 
 from heavytop.analytic.motion import Motion
 from heavytop.exact.pairs import Array
-from heavytop.plots.style import BLACK, FAINT, KIND_STYLES, STYLE, over
+from heavytop.plots.style import BLACK, FAINT, KIND_STYLES, STYLE, line_style
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -75,7 +75,7 @@ class View(NamedTuple):
         right, over = np.array([-s, c, 0]), np.array([-up * c, -up * s, level])
         return cls(right, over, np.array([level * c, level * s, up]), 1.06, 30, words)
 
-    def reaching(self, axis: Array) -> View:
+    def widen(self, axis: Array) -> View:
         """The same view, wide enough for another path, shape (k, 3)."""
         far = float(np.hypot(*self.project(axis)[0].T).max())
         wide = self.from_pole(float(self.towards[2]), min(1.15 * far, 1.06))
@@ -107,7 +107,7 @@ class View(NamedTuple):
         self, ax: Axes, axis: Array, colour: str, opacity: float = 1.0, **looks: Any
     ) -> None:
         """Draw a path of the axis from its dot to its arrow head, paler behind the sphere."""
-        looks = over({"color": colour, "alpha": opacity, "lw": 1.0}, looks)
+        looks = line_style({"color": colour, "alpha": opacity, "lw": 1.0}, looks)
         colour, opacity = looks["color"], looks["alpha"]
         self.draw_line(ax, axis, **looks)
         flat = self.project(axis)[0]
@@ -141,7 +141,7 @@ def circle(tilt: float) -> Array:
     return np.stack((x, y, 0 * x + np.cos(tilt)), axis=-1)
 
 
-def touched(motion: Motion) -> Motion | None:
+def push(motion: Motion) -> Motion | None:
     """What a top does that rests, sleeps or hangs, after a push; None for a top that moves."""
     if motion.kind not in STILL_KINDS:
         return None
@@ -187,7 +187,7 @@ def kind_panel(ax: Axes, path: Array, view: View, kind: str, *, pushed: bool = F
 @mpl.rc_context(STYLE)
 def motion_figure(motion: Motion) -> Figure:
     """A small picture of a motion: some nutations of the axis on the ground of its kind."""
-    figure, pushed = Figure(figsize=(2.4, 2.4), layout="constrained"), touched(motion)
+    figure, pushed = Figure(figsize=(2.4, 2.4), layout="constrained"), push(motion)
     moving = pushed or motion
     path = axis_path(moving, NUTATIONS * moving.period if moving.period else STEADY_TURN_S)
     view, still = View.of(path), pushed is not None

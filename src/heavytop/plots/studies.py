@@ -17,7 +17,7 @@ from heavytop.exact.decimals import DOUBLE
 from heavytop.plots import style
 from heavytop.plots.atlas import atlas_charts, atlas_figure
 from heavytop.plots.check import check_charts, check_figure
-from heavytop.plots.style import Known, gridded, line, literal, title_of
+from heavytop.plots.style import Known, label_axes, line, literal, title_of
 from heavytop.results.base import error_of, kind_of
 from heavytop.results.drift import error_names, errors_of
 from heavytop.results.stress import UNTOLD, StressOutcome
@@ -69,7 +69,7 @@ def fact_over_range(name: str, colour: str, ax: Axes, /, found: Found, **looks: 
     dashed = "--" if name.endswith("_estimate") else "-"
     line(ax, x, y, looks, color=colour, ls=dashed, lw=1.0, label=about.symbol)
     heading = literal(along._replace(symbol=found.over).heading)
-    return gridded(ax, heading, f"[{about.shown[0] or '1'}]")
+    return label_axes(ax, heading, f"[{about.shown[0] or '1'}]")
 
 
 # --- drift: one panel for each quantity, both logarithmic ----------------------------------------
@@ -99,7 +99,7 @@ def drift_figure(found: Found) -> Figure:
         method that diverges those up to 1e9.
     """
     methods, count = found.methods, found.ensemble
-    panels = [name for name in error_names(methods) if any(_growing(x, name) for x in methods)]
+    panels = [name for name in error_names(methods) if any(_growth_rows(x, name) for x in methods)]
     columns = min(2, max(1, len(panels)))
     rows = max(1, math.ceil(len(panels) / columns))
     size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * math.ceil(len(methods) / 4))
@@ -124,15 +124,15 @@ def error_growth(name: str, ax: Axes, /, found: Found, **looks: Any) -> Axes:
     about = error_of(name)
     ax.set(xscale="log", yscale="log")
     for k, method in enumerate(found.methods):
-        if points := _growing(method, name):
+        if points := _growth_rows(method, name):
             periods, errors = np.array(points).T
             line(ax, periods, about.shown[1] * errors, looks, lw=1.0, ms=3.5,
                  label=literal(method["name"]), **style.look_of(k))  # fmt: skip
     _draw_guides(ax)
-    return gridded(ax, "nutation periods", literal(f"error of {about.heading}"))
+    return label_axes(ax, "nutation periods", literal(f"error of {about.heading}"))
 
 
-def _growing(method: Known, name: str) -> list[tuple[float, float]]:
+def _growth_rows(method: Known, name: str) -> list[tuple[float, float]]:
     """Nutation periods and errors of a method, as far as a logarithm shows them."""
     errors = zip(method["periods"], errors_of(method).get(name, ()), strict=False)
     return [(n, error) for n, error in errors if error and abs(error) <= DIVERGED]
@@ -260,7 +260,7 @@ def work_precision(
     ax.set(xscale="log", yscale="log")
     if not ax.xaxis_inverted():  # by what was drawn there before
         ax.invert_xaxis()
-    return gridded(ax, f"error of {about.heading}", PER[work])
+    return label_axes(ax, f"error of {about.heading}", PER[work])
 
 
 # --- where methods fail: the digits that every method lost at every case -------------------------

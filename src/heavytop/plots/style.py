@@ -17,9 +17,9 @@ from matplotlib.cbook import normalize_kwargs
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from heavytop.files import write_whole
+from heavytop.files import write_atomic
 from heavytop.scene.arguments import path_of
-from heavytop.text import cut, harmless
+from heavytop.text import cut, printable
 
 Known = Mapping[str, Any]  # a document, or a part of one
 
@@ -104,7 +104,7 @@ def literal(text: str, most: int = MOST_LETTERS) -> str:
     >>> print(literal("$x$ \n of _gone"), literal("_gone") + ".", literal(""))
     \$x\$ of _gone  _gone. –
     """
-    words = cut(harmless(" ".join(text.split())) or "–", most).replace("$", r"\$")
+    words = cut(printable(" ".join(text.split())) or "–", most).replace("$", r"\$")
     return f" {words}" if words.startswith("_") else words  # which a legend would leave out
 
 
@@ -143,7 +143,7 @@ def sheet(
         legend(figure, columns)
 
 
-def over(ours: dict[str, Any], looks: Mapping[str, Any]) -> dict[str, Any]:
+def line_style(ours: dict[str, Any], looks: Mapping[str, Any]) -> dict[str, Any]:
     """Return how a line is drawn: as ours, but for the keywords of a user; lw is linewidth.
 
     Examples
@@ -156,23 +156,23 @@ def over(ours: dict[str, Any], looks: Mapping[str, Any]) -> dict[str, Any]:
 
 def line(ax: Axes, x: Any, y: Any, looks: Mapping[str, Any], **ours: Any) -> Line2D:
     """Draw a line; the keywords of a user go before ours."""
-    [drawn] = ax.plot(x, y, **over(ours, looks))
+    [drawn] = ax.plot(x, y, **line_style(ours, looks))
     return drawn
 
 
-def gridded(ax: Axes, xlabel: str, ylabel: str) -> Axes:
+def label_axes(ax: Axes, xlabel: str, ylabel: str) -> Axes:
     """Label both axes, and draw faint lines at their ticks."""
     ax.set(xlabel=xlabel, ylabel=ylabel)
     ax.grid(True, which="major", lw=0.3, color=FAINT)
     return ax
 
 
-def once(ax: Axes, label: str) -> str:
+def new_label(ax: Axes, label: str) -> str:
     """A label, where nothing on the axes has it yet; else what a legend leaves out."""
     return label if label not in ax.get_legend_handles_labels()[1] else "_"
 
 
-def titled(ax: Axes, words: str, **where: Any) -> Axes:
+def add_title(ax: Axes, words: str, **where: Any) -> Axes:
     """Give axes a title, unless they have one."""
     if not ax.get_title(**where):
         ax.set_title(words, fontsize="medium", pad=4, **where)
@@ -194,7 +194,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     if form not in _UNDATED:
         raise ValueError(f"{place.name}: a figure is .svg, .png or .pdf")
     data = _render(figure, form)
-    write_whole(place, lambda part: part.write_bytes(data))
+    write_atomic(place, lambda part: part.write_bytes(data))
 
 
 def svg_address(figure: Figure) -> str:

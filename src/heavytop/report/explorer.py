@@ -22,11 +22,11 @@ from heavytop.files import write_text
 from heavytop.plots.drawn_run import BLURRED, PERIODS, SHOWN_SPIN
 from heavytop.plots.sphere import PUSH, STILL_KINDS
 from heavytop.plots.style import KIND_STYLES
-from heavytop.report.page import rendered
+from heavytop.report.page import render
 from heavytop.report.player import FRAMES, LONGEST_S, tops
 from heavytop.results.classification import POLAR
 from heavytop.scene.arguments import path_of
-from heavytop.scene.quantities import QUANTITIES, RATES, SI, UNIT_OF, showing
+from heavytop.scene.quantities import QUANTITIES, RATES, SI, UNIT_OF, show_units
 from heavytop.scene.scene import Scene, expect_scene, load_scene
 from heavytop.scene.scene_file import shipped_names
 
@@ -112,13 +112,13 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
     """
     begin = load_scene(FIRST_SCENE) if scene is None else scene
     place = path_of("path", path)
-    faults = [*_beyond(expect_scene(begin))]
+    faults = [*_unsupported(expect_scene(begin))]
     if place.suffix.lower() != ".html":
         rule = "the name of a page ends in .html"
         faults.append(Fault("explore", None, "path", str(place), rule))
     refuse(faults)
-    with showing(SI):  # a box takes every unit, and says the others
-        page = rendered("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([]))
+    with show_units(SI):  # a box takes every unit, and says the others
+        page = render("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([]))
     write_text(place, page)
     return place
 
@@ -140,11 +140,11 @@ def _data(scene: Scene) -> dict[str, Any]:
                        for name in NUMBERED},
         "limits": INPUT_LIMITS, "units": BOXES, "still": STILL_KINDS, "push": PUSH,
         "polar": POLAR, "frames": FRAMES,
-        "turn": SHOWN_SPIN * LONGEST_S, "periods": PERIODS, "blurred": BLURRED,
+        "turn": SHOWN_SPIN * LONGEST_S, "periods": PERIODS, "blur": BLURRED,
     }  # fmt: skip
 
 
-def _beyond(scene: Scene) -> Iterator[Fault]:
+def _unsupported(scene: Scene) -> Iterator[Fault]:
     """What of a scene the page does not take."""
     start = _start(scene)["numbers"]
     start |= {"C/A": start["C"] / start["A"], "gMR/A": start["gMR"] / start["A"]}
@@ -168,11 +168,11 @@ def _start(scene: Scene) -> dict[str, Any]:
     return {
         "name": scene.name, "title": scene.title or scene.name, "held": start.held,
         "numbers": {name: float(x) for name, x in exact.items()},
-        "texts": {name: str(x) for name, x in exact.items() if _worth_keeping(x)},
+        "texts": {name: str(x) for name, x in exact.items() if _needs_text(x)},
     }  # fmt: skip
 
 
-def _worth_keeping(x: Exact) -> bool:
+def _needs_text(x: Exact) -> bool:
     """Whether a number is no double, which the page spells itself, and a scene file can say it."""
     try:
         return x != float(x) and Exact.of(str(x)) == x

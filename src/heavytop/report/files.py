@@ -17,12 +17,12 @@ from typing import Any, Final
 from heavytop import errors
 from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, NoClosedForm, StoppedEarly
-from heavytop.files import locked, remove_parts
+from heavytop.files import lock, remove_parts
 from heavytop.results.base import Result, kind_of
 from heavytop.results.run import DOCUMENT, FIGURES, TRAJECTORY, RunResult
 from heavytop.scene.scene import Scene, read_scene
-from heavytop.scene.scene_file import written
-from heavytop.studies.journal import LOCK, RUN, STUDY, Journal, Parameters, begun_with
+from heavytop.scene.scene_file import toml_text
+from heavytop.studies.journal import LOCK, RUN, STUDY, Journal, Parameters, first_line
 
 PICTURE_FORMATS: Final = ("svg", "png")
 UNDRAWABLE: Final = (
@@ -35,7 +35,7 @@ UNDRAWABLE: Final = (
 
 def scene_text(document: Mapping[str, Any]) -> str:
     """The scene of a document as TOML."""
-    return written({name: x for name, x in document.items() if name != "name" and x != ""})
+    return toml_text({name: x for name, x in document.items() if name != "name" and x != ""})
 
 
 def tables_of(scene: Scene) -> dict[str, Any]:
@@ -83,7 +83,7 @@ def open_run(
     about = {"name": scene.name, "text": scene.to_toml(), "figures": figures}
     files = files_of(RunResult)
     try:
-        kind = begun_with(folder).get("parameters", parameters)["kind"]
+        kind = first_line(folder).get("parameters", parameters)["kind"]
     except ForeignFile:
         if not (force and (folder / DOCUMENT).exists()):
             raise
@@ -93,8 +93,8 @@ def open_run(
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
         try:
-            with locked(folder / LOCK):
-                if force or _is_whole(folder, parameters):
+            with lock(folder / LOCK):
+                if force or _is_complete(folder, parameters):
                     _remove(folder, (*files, STUDY))
             stack.enter_context(Journal.open(folder, parameters, files, run=about))
         except ForeignFile as fault:
@@ -111,9 +111,9 @@ def open_run(
             raise
 
 
-def _is_whole(folder: Path, parameters: Parameters) -> bool:
+def _is_complete(folder: Path, parameters: Parameters) -> bool:
     """Whether a folder has all of a run, with whatever versions it was made."""
-    if not begun_with(folder) or finished_run(folder) is None:
+    if not first_line(folder) or finished_run(folder) is None:
         return False
     journal = Journal.read(folder)
     journal.expect(parameters | {"versions": journal.parameters["versions"]})
@@ -209,7 +209,7 @@ def write_result(
         remove_parts(place, names)
         _remove(place, [name for name in names if name != found.data_file])
         files |= found.save_data(place)
-        found = replace(found, files=files, **found.timeless())
+        found = replace(found, files=files, **found.without_times())
         if not goes_on:
             found.save(place / names[0])
         if show is not None:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from heavytop.analytic.motion import Motion
 from heavytop.plots.sphere import motion_figure
 from heavytop.results import classification as results
-from heavytop.results.base import Result, given
+from heavytop.results.base import Result, nonzero
 from heavytop.results.run import run_result
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import quantity_of
@@ -71,8 +71,8 @@ def _state(state: State) -> Iterator[Fact]:
 def _scene(scene: Scene) -> Iterator[Fact]:
     tables = scene.document()
     yield "scene", scene.title or scene.name
-    yield "top", given(tables["top"])
-    yield "start", given(tables["start"])
+    yield "top", nonzero(tables["top"])
+    yield "start", nonzero(tables["start"])
     yield "span", f"{tables['span']}".strip("{}").replace("'", "")
     yield "wanted", f"{', '.join(scene.quantities)} to {scene.digits} digits"
     if scene.events:

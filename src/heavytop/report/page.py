@@ -17,7 +17,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from heavytop.errors import Exit, ForeignFile, NoClosedForm, NotDrawnWarning, resuming
-from heavytop.files import not_as_written, write_text
+from heavytop.files import expect_intact, write_text
 from heavytop.report.files import load_run, scene_text, warn_not_drawn
 from heavytop.report.player import frames, tops
 from heavytop.results.base import Result, kind_of, load_result, typed
@@ -26,8 +26,8 @@ from heavytop.results.registry import RESULTS
 from heavytop.results.run import RunResult
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import ANGLES, QUANTITIES
-from heavytop.studies.journal import Journal, begun_with
-from heavytop.text import harmless
+from heavytop.studies.journal import Journal, first_line
+from heavytop.text import printable
 
 if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
@@ -107,10 +107,10 @@ class Section(NamedTuple):
 def _section(path: Path, name: str, number: int) -> Section:
     """The section of a result, which has this number among those of its kind."""
     result = load_result(path)
-    if isinstance(result, Drift) and begun_with(path.parent):
+    if isinstance(result, Drift) and first_line(path.parent):
         result = result.timed(Journal.read(path.parent))
     kind, scene = kind_of(result), getattr(result, "scene", None)
-    with warnings.catch_warnings(), not_as_written(path):
+    with warnings.catch_warnings(), expect_intact(path):
         for odd in (RuntimeWarning, UserWarning):  # of numbers that no picture can show
             warnings.simplefilter("ignore", odd)
         warnings.simplefilter("always", NotDrawnWarning)
@@ -176,7 +176,7 @@ class Page:
         played = [{**each.top, "title": each.heading} for each in self.sections if each.top]
         about = any(getattr(each.result, "scene", None) for each in self.sections)
         top = tops(played) if played else None
-        return rendered("page.html", page=self, tops=top, leading=LEADING, about_a_top=about)
+        return render("page.html", page=self, tops=top, leading=LEADING, about_a_top=about)
 
 
 def page_of(folders: Sequence[Path]) -> Page:
@@ -199,7 +199,7 @@ def page_of(folders: Sequence[Path]) -> Page:
     paths = sorted(_documents(folders), key=lambda path: [*RESULTS].index(path.name))
     root = os.path.commonpath([path.parent.parent for path in paths]) if paths else ""
     numbers = defaultdict[str, Iterator[int]](lambda: count(1))
-    names = [harmless(path.relative_to(root)) for path in paths]
+    names = [printable(path.relative_to(root)) for path in paths]
     sections = [_section(p, x, next(numbers[p.name])) for p, x in zip(paths, names, strict=True)]
     headings = Counter(section.heading for section in sections)
     for k, each in enumerate(sections):
@@ -215,12 +215,12 @@ def _documents(folders: Sequence[Path]) -> dict[Path, None]:
         try:
             places = (folder, *sorted(each for each in folder.iterdir() if each.is_dir()))
         except OSError as fault:
-            raise ForeignFile(f"{harmless(folder)}: {fault.strerror or fault}") from fault
+            raise ForeignFile(f"{printable(folder)}: {fault.strerror or fault}") from fault
         found = [each / name for each in places for name in RESULTS if os.path.lexists(each / name)]
-        if not found and begun_with(folder):
-            raise ForeignFile(f"{harmless(folder)}: unfinished; {resuming(folder)} goes on")
+        if not found and first_line(folder):
+            raise ForeignFile(f"{printable(folder)}: unfinished; {resuming(folder)} goes on")
         if not found:
-            raise ForeignFile(f"{harmless(folder)}: holds no results ({', '.join(RESULTS)})")
+            raise ForeignFile(f"{printable(folder)}: holds no results ({', '.join(RESULTS)})")
         paths |= dict.fromkeys(Path(os.path.abspath(each)) for each in found)  # noqa: PTH100
     return paths
 
@@ -270,7 +270,7 @@ def player_html(trajectory: Trajectory, **asked: float | None) -> str:
     >>> page.startswith("<!doctype html>"), len(page) < 400_000
     (True, True)
     """
-    return rendered("player_page.html", tops=tops([frames(trajectory, **asked)]))
+    return render("player_page.html", tops=tops([frames(trajectory, **asked)]))
 
 
 # --- templates: nothing in a text, in data or in a picture is taken for markup or a script --------
@@ -284,7 +284,7 @@ POLICY: Final = (
 )
 
 
-def rendered(template: str, scripts: Sequence[str] = PAGE_SCRIPTS, **values: Any) -> str:
+def render(template: str, scripts: Sequence[str] = PAGE_SCRIPTS, **values: Any) -> str:
     """A template with its style and scripts: one file, which asks no network for anything."""
     blocks: Any = {"trim_blocks": True, "lstrip_blocks": True}
     jinja = Environment(autoescape=True, undefined=StrictUndefined, **blocks)

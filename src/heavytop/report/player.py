@@ -50,7 +50,7 @@ def frames(
         part = QUANTITIES["t"].with_unit(abs(last), abs(end), between=" of ", form=".3g")
         notes.append(f"The first {part} are shown.")
     spin = float(record.psi[-1] - record.psi[0])
-    notes += [f"{words.capitalize()}." for words in clip.blurred(FRAMES, FRAMES)]
+    notes += [f"{words.capitalize()}." for words in clip.blur(FRAMES, FRAMES)]
     found = run.events
     events = [
         {"kind": str(kind), "t": float(t), "axis": axis.round(5).tolist()}
@@ -63,10 +63,10 @@ def frames(
         "precession": motion.mean_angle_rates[0] * last,
         "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:MOST_MARKS],
         "shape": [float(top.C / top.A), float(np.sign(float(top.gMR)))],
-        "quaternion": _packed(record.quaternion),
-        "momentum": _packed(momentum_path(top, record)),
+        "quaternion": _pack(record.quaternion),
+        "momentum": _pack(momentum_path(top, record)),
     }  # fmt: skip
 
 
-def _packed(rows: Any) -> str:
+def _pack(rows: Any) -> str:
     return b64encode(np.asarray(rows, "<f4").tobytes()).decode("ascii")

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from numpy.typing import NDArray
 
-from heavytop.files import expect_sealed, not_as_written, write_sealed
-from heavytop.results.base import Result, given
+from heavytop.files import expect_intact, expect_sealed, write_sealed
+from heavytop.results.base import Result, nonzero
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import quantity_of
 
@@ -106,7 +106,7 @@ class Atlas(Result):
         found, place = super().load(path), Path(path).with_name(MAP)
         if "map" not in found.files or not place.is_file():
             return found
-        with not_as_written(place):
+        with expect_intact(place):
             import xarray
 
             expect_sealed(place)
@@ -135,7 +135,7 @@ class Atlas(Result):
         found.attrs = Table((), (*over, *map(str, self.to_xarray()))).to_pandas().attrs
         return found
 
-    def timeless(self) -> Mapping[str, Any]:
+    def without_times(self) -> Mapping[str, Any]:
         """Without how fast it was, which `resume` may change."""
         return {"kinds_per_s": None, "rows_per_s": None}
 
@@ -160,7 +160,8 @@ class Atlas(Result):
             yield side, f"{axis.name} = {ends}, {axis.count} values{scale}"
         changed = {ROLES[axis.name] for axis in self.axes.values()}
         held = (self.scene["top"] | self.scene["start"]).items()
-        yield "held", given({n: x for n, x in held if n in ROLES and ROLES[n] not in changed})
+        kept = {name: x for name, x in held if name in ROLES and ROLES[name] not in changed}
+        yield "held", nonzero(kept)
         yield "not proved", str(self.uncertified)
         lines = Counter(curve.name for curve in self.curves).items()
         counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)

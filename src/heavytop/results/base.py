@@ -22,12 +22,12 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform
 
 from heavytop.errors import Exit, ForeignFile
-from heavytop.files import not_as_written, write_document, write_text
+from heavytop.files import expect_intact, write_document, write_text
 from heavytop.results.registry import RESULTS
 from heavytop.results.table import Fact, Table, as_rows
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import Quantity, quantity_of
-from heavytop.text import Plotted, harmless
+from heavytop.text import Plotted, printable
 
 if TYPE_CHECKING:
     import pandas
@@ -49,7 +49,7 @@ def command_line(words: Sequence[str]) -> str:
     >>> command_line(["run", "my scene.toml"])
     "heavytop run 'my scene.toml'"
     """
-    return harmless(shlex.join(["heavytop", *words]))
+    return printable(shlex.join(["heavytop", *words]))
 
 
 @contextmanager
@@ -109,7 +109,7 @@ class Result(Plotted):
         scene, fact = getattr(self, "scene", None) or {}, ": ".join(next(self.facts(), ()))
         rows = next((table.line for table in self.tables()), "")
         head = " of ".join(filter(None, (type(self).__name__, scene.get("name"))))
-        return harmless(f"<{head}: {'; '.join(filter(None, (fact, rows)))}>")
+        return printable(f"<{head}: {'; '.join(filter(None, (fact, rows)))}>")
 
     def facts(self) -> Iterator[Fact]:
         """Labels, and what they say."""
@@ -159,7 +159,7 @@ class Result(Plotted):
         names = (each.name for each in fields(self) if each.name not in self.left_out)
         return {"schema": self.schema, **{name: getattr(self, name) for name in names}}
 
-    def timeless(self) -> Mapping[str, Any]:
+    def without_times(self) -> Mapping[str, Any]:
         """Fields as its folder has them, without times: those of a resumed study are the same."""
         return {}
 
@@ -203,11 +203,11 @@ class Result(Plotted):
         ForeignFile
             It is no regular file, or not such a result: the message has the format it has.
         """
-        with not_as_written(path):
+        with expect_intact(path):
             document = json.loads(Path(path).read_bytes())
             if (has := document.get("schema")) != cls.schema:
-                has = harmless(has)[:60]
-                raise ForeignFile(f"{harmless(path)}: of the format {has}, not {cls.schema}")
+                has = printable(has)[:60]
+                raise ForeignFile(f"{printable(path)}: of the format {has}, not {cls.schema}")
             return cls.from_document(document)
 
     @classmethod
@@ -225,7 +225,7 @@ class Result(Plotted):
 
         scene = getattr(self, "scene", None) or {}
         if name := " — ".join(filter(None, (scene.get("name"), scene.get("title")))):
-            yield Text(harmless(name), style="bold")
+            yield Text(printable(name), style="bold")
         parts = [Table.of_facts(self.facts()), *self.tables(), self.files_table]
         first, *others = [part for part in parts if part.rows]
         yield first
@@ -281,7 +281,7 @@ def error_text(name: str, size: float) -> str:
     return error_of(name).with_unit(size, form=".3g")
 
 
-def given(values: Mapping[str, Any], form: str = ".6g") -> str:
+def nonzero(values: Mapping[str, Any], form: str = ".6g") -> str:
     """What a scene gives of a top or of its start, zeros left out.
 
     Examples
@@ -294,7 +294,7 @@ def given(values: Mapping[str, Any], form: str = ".6g") -> str:
     return ", ".join(words) or "all zero"
 
 
-def grouped(rows: Iterable[Mapping[str, Any]], *names: str) -> dict[Any, list[Any]]:
+def group(rows: Iterable[Mapping[str, Any]], *names: str) -> dict[Any, list[Any]]:
     """Rows with the same values together, in the order in which they come."""
     found: dict[Any, list[Any]] = {}
     for row in rows:
@@ -302,7 +302,7 @@ def grouped(rows: Iterable[Mapping[str, Any]], *names: str) -> dict[Any, list[An
     return found
 
 
-def not_done(skipped: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+def skipped_runs(skipped: Iterable[Mapping[str, Any]]) -> Iterator[str]:
     """Why runs were not done, and how many of which methods.
 
     Examples
@@ -310,6 +310,6 @@ def not_done(skipped: Iterable[Mapping[str, Any]]) -> Iterator[str]:
     >>> [*not_done([{"method": name, "reason": "no time"} for name in ("auto", "strang", "auto")])]
     ['no time: auto (2), strang (1)']
     """
-    for (reason,), same in grouped(skipped, "reason").items():
+    for (reason,), same in group(skipped, "reason").items():
         counts = Counter(each["method"] for each in same).items()
         yield f"{reason}: {', '.join(f'{name} ({n})' for name, n in counts)}"

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Final, NamedTuple
 
 from heavytop.errors import Exit
-from heavytop.results.base import Result, error_text, given
+from heavytop.results.base import Result, error_text, nonzero
 from heavytop.results.table import Fact
 from heavytop.scene.quantities import ANGLES
-from heavytop.text import harmless
+from heavytop.text import printable
 
 CHECKED_QUANTITIES: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
 ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
@@ -124,8 +124,8 @@ class Check(Result):
         yield "verdict", self._verdict()
         yield "data", "{file}: {rows} rows from {span[0]:g} s to {span[1]:g} s".format(**self.data)
         yield "columns", self._columns_in_words()
-        yield "start", f"{ORIGINS[self.origin]}: {given(self.scene['start'], '.10g')}"
-        yield from (("assumed", harmless(text)) for text in self.assumed)
+        yield "start", f"{ORIGINS[self.origin]}: {nonzero(self.scene['start'], '.10g')}"
+        yield from (("assumed", printable(text)) for text in self.assumed)
         for each in self.conventions:
             gain = "" if each.gain is None else f" (undoing it: misfit {each.gain:.1e} smaller)"
             yield "convention", f"{each.name}: {each.sentence}{gain}"
@@ -161,7 +161,7 @@ class Check(Result):
         columns = self.columns.items()
         used = ", ".join(name if name == q else f"{name} ({q})" for name, q in columns if q)
         ignored = ", ".join(name for name, q in columns if not q)
-        return harmless(f"{used}; ignored: {ignored}" if ignored else used)
+        return printable(f"{used}; ignored: {ignored}" if ignored else used)
 
     def _phase_in_words(self) -> Iterator[Fact]:
         """How far the data run ahead, or why they do not tell it."""

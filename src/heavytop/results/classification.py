@@ -179,7 +179,7 @@ class Planned(Result):
             yield "expected", f"{duration(self.plan.cost_s)} of steps"
 
 
-def classified(scene: Scene) -> Classification:
+def classify_scene(scene: Scene) -> Classification:
     """Find and prove the kind of motion of a scene.
 
     Nothing is integrated.
@@ -224,7 +224,7 @@ def _kick(scene: Scene) -> str:
     return f"psidot = {spin} is held: a kick that holds omega3 = {spin} moves {tilts}"
 
 
-def planned(scene: Scene, *, formulation: str = "auto", digits: int | None = None) -> Planned:
+def plan_scene(scene: Scene, *, formulation: str = "auto", digits: int | None = None) -> Planned:
     """Show how a scene would be integrated, why, and at what cost.
 
     Nothing is integrated.

@@ -148,7 +148,7 @@ class Drift(Result):
         """Methods of one's own that were not run, and why."""
         return {x.name: x.skipped for x in self.methods if x.skipped and ":" in x.name}
 
-    def timeless(self) -> Mapping[str, Any]:
+    def without_times(self) -> Mapping[str, Any]:
         """The methods without the time of a period."""
         return {"methods": [{**each, "us_per_period": None} for each in self.methods]}
 

@@ -153,11 +153,11 @@ def run_result(run: Trajectory | SceneMotion) -> RunResult:
     scene, motion = run.scene, run.motion
     found: dict[str, Any] = {}
     if isinstance(run, Trajectory):
-        found = _integrated(run)
+        found = _integration_facts(run)
     elif run.moves:
         ctx, digits = context(run.digits), scene.digits
         as_number: AsNumber = float if digits <= NUMBER_DIGITS else partial(ctx.nstr, n=digits)
-        final = _final(run, ctx, as_number, attitude=True)
+        final = _end_facts(run, ctx, as_number, attitude=True)
         found = {"final": final, "events": NO_EVENTS | run.counts}
     return RunResult.of(
         scene,
@@ -171,7 +171,7 @@ def run_result(run: Trajectory | SceneMotion) -> RunResult:
     )
 
 
-def _integrated(run: Trajectory) -> dict[str, Any]:
+def _integration_facts(run: Trajectory) -> dict[str, Any]:
     """What is known of a run because it was integrated."""
     from heavytop.run.verify import misses, run_errors
 
@@ -181,7 +181,7 @@ def _integrated(run: Trajectory) -> dict[str, Any]:
     attitude = need_of(run.scene.quantities) >= Need.PSI
     errors, missed = asdict(run_errors(run)), misses(run)
     return {
-        "final": _final(run, arithmetic, as_number, attitude=attitude),
+        "final": _end_facts(run, arithmetic, as_number, attitude=attitude),
         "events": _events(run, as_number),
         "errors": errors | errors.pop("derived"),
         "missed_digits": missed.digits,
@@ -191,7 +191,7 @@ def _integrated(run: Trajectory) -> dict[str, Any]:
     }
 
 
-def _final(
+def _end_facts(
     run: Trajectory | SceneMotion, arithmetic: Any, as_number: AsNumber, *, attitude: bool
 ) -> dict[str, Any]:
     """The motion at the end; whole turns of an angle and the rest by the pi of `arithmetic`."""
@@ -202,12 +202,12 @@ def _final(
         wide = quantity_of(name).parts
         final[name] = tuple(map(as_number, value)) if wide else as_number(value)
     for angle in ("phi", "psi"):
-        turns, rest = split(getattr(run.end, angle), arithmetic)
+        turns, rest = split_turns(getattr(run.end, angle), arithmetic)
         final |= {f"{angle}_turns": turns, f"{angle}_mod": as_number(rest)}
     return final
 
 
-def split(angle: Any, math: Any) -> tuple[int | None, Any]:
+def split_turns(angle: Any, math: Any) -> tuple[int | None, Any]:
     """Whole turns and the rest, by the pi and the floor of `math`."""
     if angle != angle:
         return None, angle
@@ -237,7 +237,7 @@ def _cost(run: Trajectory) -> dict[str, Any]:
 
 def event_table(events: Any) -> Table:
     """The events, with as many digits as fit."""
-    columns = {n: settled(row[n] for row in events.table) for n in ("t", "theta", "phi", "phidot")}
+    columns = {n: clean(row[n] for row in events.table) for n in ("t", "theta", "phi", "phidot")}
     rows = [
         {"event": row.kind, "residual": row.residual} | {n: x[k] for n, x in columns.items()}
         for k, row in enumerate(events.table)
@@ -245,7 +245,7 @@ def event_table(events: Any) -> Table:
     return Table(rows, ("event", *columns, "residual"), first=FIRST_EVENTS, more=events.omitted)
 
 
-def settled(values: Iterable[Any]) -> list[float | None]:
+def clean(values: Iterable[Any]) -> list[float | None]:
     """The numbers of a column, those that are rounding beside the largest as 0.
 
     Examples

@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Exit
-from heavytop.results.base import Result, given, grouped, not_done
+from heavytop.results.base import Result, group, nonzero, skipped_runs
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES, Quantity
 
@@ -134,14 +134,14 @@ class Stress(Result):
             yield UNTOLD, UNTOLD_RULE
         ok = StressOutcome.OK
         failed = [x for x in self.cases if x.outcome != ok or x.untold or any(x.turns or ())]
-        for (case, outcome, note), runs in grouped(failed, "case", "outcome", "note").items():
+        for (case, outcome, note), runs in group(failed, "case", "outcome", "note").items():
             methods = ", ".join(run.method for run in runs)
             yield case, f"{outcome}: {methods}{note and f': {note}'}"
-        yield from (("skipped", text) for text in not_done(self.skipped))
+        yield from (("skipped", text) for text in skipped_runs(self.skipped))
 
     def tables(self) -> Iterator[Table]:
         """A row for each case with a column for each method."""
-        runs, used = grouped(self.cases, "case"), {run.method for run in self.cases}
+        runs, used = group(self.cases, "case"), {run.method for run in self.cases}
         there = [case for case in self.hard if (case,) in runs]
         rows = [{"case": x} | {run.method: cell(run) for run in runs[(x,)]} for x in there]
         if about := {n: Quantity(head, "") for n, head in self.methods.items() if n in used}:
@@ -151,7 +151,7 @@ class Stress(Result):
         """Methods of one's own that failed or were killed in every case, and how in the first."""
         bad = (StressOutcome.METHOD_ERROR, StressOutcome.TIME_LIMIT)
         ended = {x.method for x in self.cases if x.outcome not in bad}
-        runs = grouped((*self.cases, *self.skipped), "method").items()
+        runs = group((*self.cases, *self.skipped), "method").items()
         own = {n: first for (n,), (first, *_) in runs if ":" in n and n not in ended}
         return {name: each.get("note") or each.reason for name, each in own.items()}
 
@@ -197,7 +197,7 @@ class StressCases(Result):
         """The cases: top, start, span and why each is hard; and the methods."""
         for case in self.cases:
             numbers = {n: x for n, x in (case.top | case.start).items() if x != "0"}
-            yield case.name, f"{case.why}; {given(numbers)}; {case.span}"
+            yield case.name, f"{case.why}; {nonzero(numbers)}; {case.span}"
         for each in self.methods:
             words = map(each.get, ("short", "formulation", "setting"))
             yield each.name, ", ".join(filter(None, words))

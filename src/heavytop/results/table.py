@@ -11,7 +11,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from heavytop.scene.quantities import Quantity, quantity_of
-from heavytop.text import cut, harmless
+from heavytop.text import cut, printable
 
 if TYPE_CHECKING:
     import pandas
@@ -148,15 +148,15 @@ class Table(NamedTuple):
             if sum(widths[j] for j in (*parts[-1], k)) > options.max_width and len(parts[-1]) > 1:
                 parts.append([0])
             parts[-1].append(k)
-        yield from [Text(harmless(self.title), style="cyan")] * bool(self.title)
+        yield from [Text(printable(self.title), style="cyan")] * bool(self.title)
         for part in parts:
             yield from [Text()] * (part is not parts[0])
             grid = Grid(box=None, pad_edge=False, header_style="cyan", show_header=any(self.head))
             for k in part:
-                head = Text(harmless(texts[0][k]))
+                head = Text(printable(texts[0][k]))
                 grid.add_column(head, justify=self.sides[k], overflow="fold", no_wrap=not k)
             for row in texts[1:]:
-                cells = (Text(harmless(row[k]), style=ROW_STYLES.get(row[k], "")) for k in part)
+                cells = (Text(printable(row[k]), style=ROW_STYLES.get(row[k], "")) for k in part)
                 grid.add_row(*cells)
             yield grid
         if more := self.more + len(self.rows) - len(texts[1:]):

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Exit
-from heavytop.results.base import Result, grouped
+from heavytop.results.base import Result, group
 from heavytop.results.table import FAIL, Fact, Table
 from heavytop.scene.quantities import QUANTITIES, Quantity
 
@@ -72,7 +72,7 @@ class Validation(Result):
 
     def tables(self) -> Iterator[Table]:
         """For each authority its claims."""
-        for (authority,), claims in grouped(self.claims, "authority").items():
+        for (authority,), claims in group(self.claims, "authority").items():
             rows = [{"verdict": VERDICTS[each["passed"]], **each} for each in claims]
             yield Table(rows, CLAIM_COLUMNS, authority, MEANINGS, left=3)
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Final
 
 from heavytop.errors import Impossible
 from heavytop.exact.decimals import DOUBLE
-from heavytop.results.base import Result, grouped, not_done
+from heavytop.results.base import Result, group, skipped_runs
 from heavytop.results.drift import order_of
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES, quantity_of
@@ -115,25 +115,25 @@ class WorkPrecision(Result):
         for point in self.points:
             for text, count in point.get("warned", {}).items():
                 yield point.method, f"warned {count}× at {setting(point)}: {text}"
-        yield from (("left out", text) for text in not_done(self.skipped))
+        yield from (("left out", text) for text in skipped_runs(self.skipped))
 
     def tables(self) -> Iterator[Table]:
         """A row for each method; the fronts; who is cheapest, and who of the other side is next."""
         yield Table([*summaries(self.points)], POINT_COLUMNS, meanings=BESTS)
         side = quantity_of(self._error).symbol
         if rows := [self.points[i] for i in self.front]:
-            yield _chosen(rows, FRONT, f"Pareto front, {side}")
+            yield _point_table(rows, FRONT, f"Pareto front, {side}")
             leaders = [
                 {**each, "to": target, "next": (each.get("against") or {}).get("method")}
                 for target, each in self._leaders().items()
                 if each
             ]
-            yield _chosen(leaders, LEADERS, f"cheapest, {side}")
+            yield _point_table(leaders, LEADERS, f"cheapest, {side}")
 
     def failures(self) -> Mapping[str, str]:
         """Methods of one's own that have no point, and why their first setting has none."""
         measured = {point.method for point in self.points}
-        skipped = grouped(self.skipped, "method").items()
+        skipped = group(self.skipped, "method").items()
         return {n: x.reason for (n,), (x, *_) in skipped if ":" in n and n not in measured}
 
     @property
@@ -195,7 +195,7 @@ def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
     ----------
     points : sequence of mapping
     """
-    for (name, of), same in grouped(points, "method", "measures").items():
+    for (name, of), same in group(points, "method", "measures").items():
         best = min(same, key=itemgetter("error"))
         times = {x: fastest(same, "error", bound) for x, bound in TARGETS.items()}
         within = {target: point and point["us_per_period"] for target, point in times.items()}
@@ -205,7 +205,7 @@ def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
         yield {**best, "method": name, **known, **within}
 
 
-def _chosen(rows: Sequence[Mapping[str, Any]], columns: Sequence[str], title: str) -> Table:
+def _point_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str], title: str) -> Table:
     """A table of some points, with their settings in words."""
     return Table([{**row, "setting": setting(row)} for row in rows], columns, title)
 

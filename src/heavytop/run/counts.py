@@ -27,7 +27,7 @@ AT_END: Final = 1e-20  # of a period: an event so near an exact end is there
 Counts = Mapping[str, tuple[int, int]]
 
 
-def tally(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts | None:
+def count_events(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts | None:
     """The least and the greatest number of turning points, reversals and cusps from 0 to a time.
 
     They differ where one lies within a billionth of the span and of a period of its end.
@@ -52,7 +52,7 @@ def tally(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts
     >>> tally(Motion(scene.top, scene.start), 2.0)
     {'turning': (10, 10), 'reversal': (0, 0), 'cusp': (5, 5)}
     """
-    if not asked or motion.regime.steady or _doubtful(motion):
+    if not asked or motion.regime.steady or _is_doubtful(motion):
         return None
     edge = COUNT_EDGE * (abs(end) + _scale(motion))
     if motion.period is None:
@@ -83,7 +83,7 @@ def count_exactly(motion: Motion, end: Number, asked: Collection[str]) -> dict[s
     >>> count_exactly(motion, 10**9 * motion.mpf("period", 60), ("turning", "cusp"))
     {'turning': 2000000001, 'cusp': 1000000001}
     """
-    if _doubtful(motion):
+    if _is_doubtful(motion):
         return {}
     return _counts(motion, end, AT_END * _scale(motion), asked)
 
@@ -139,7 +139,7 @@ def _span(end: Any, slack: Any) -> tuple[Fraction, Fraction]:
     return (start, reach) if end >= 0 else (-reach, start)
 
 
-def _doubtful(motion: Motion) -> bool:
+def _is_doubtful(motion: Motion) -> bool:
     """Tell whether it is not proved what happens, cusps among it."""
     _ = motion.cusps  # which may be doubted too
     return motion.doubt is not None

@@ -15,18 +15,18 @@ from heavytop.analytic.ends import Ends, ends_many
 from heavytop.analytic.many import motions_many
 from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import InputArrays, Mask, with_spin
-from heavytop.classification.many import impossible
+from heavytop.classification.many import is_impossible
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS, Formulation
-from heavytop.equations.lambdify import lambdified
+from heavytop.equations.lambdify import lambdify
 from heavytop.errors import HeavyTopError, Impossible, Outcome, refuse
 from heavytop.exact.pairs import Array
-from heavytop.integration.batch import Journey, Lane, Zeros
+from heavytop.integration.batch import Batch, Lane, Zeros
 from heavytop.integration.outputs import Sample, sample
-from heavytop.run.ensemble_events import Expected, counted, pole_momenta, tallied
+from heavytop.run.ensemble_events import Expected, count_bounds, filter_zeros, pole_momenta
 from heavytop.run.estimates import DOUBLE_DIGITS
 from heavytop.scene import arguments
-from heavytop.scene.arguments import gathering, one_of, parse_names, parse_options, whole
+from heavytop.scene.arguments import gather, integer, one_of, parse_names, parse_options
 
 Arrays = Mapping[str, Array]
 
@@ -90,7 +90,7 @@ class Ensemble:
         each period; where that leaves open whether a top has its `digits`, and where it has not,
         by `heavytop.Motion`, one by one, which takes far longer.
         """
-        return self._off(self.final, self._exact)
+        return self._error_of(self.final, self._exact)
 
     @cached_property
     def missed(self) -> Mask:
@@ -102,13 +102,13 @@ class Ensemble:
         not compared, nor digits of φ and ψ but for those of the axis.
         """
         run, exact = self.final, self._exact
-        missed = ~self._within(self.error + exact.doubt, run)
+        missed = ~self._has_digits(self.error + exact.doubt, run)
         turned = np.fmax(abs(run.phi - exact.phi), abs(run.psi - exact.psi)) > 1
         missed |= turned & (np.sin(exact.theta) > self.error)  # so far from a pole
         for event in self.events:
             bounds, count = exact.counts[event].copy(), self.count(event)
             for i in np.flatnonzero(np.isnan(bounds[0]) & ~missed).tolist():
-                bounds[:, i] = tallied(self._motion(i), float(self.end[i]), event)
+                bounds[:, i] = count_bounds(self._motion(i), float(self.end[i]), event)
             missed |= ~((bounds[0] <= count) & (count <= bounds[1]))
         return missed
 
@@ -119,7 +119,7 @@ class Ensemble:
         So what is said to be off is so by numbers known to all their digits.
         """
         found, run = ends_many(self.start, self.end), self._sample()
-        shown = self._within(self._off(run, found) + found.doubt, run)
+        shown = self._has_digits(self._error_of(run, found) + found.doubt, run)
         for i in np.flatnonzero(~shown & (self.ending == Lane.REACHED)).tolist():
             with suppress(HeavyTopError):  # there may be no closed form
                 there = self._motion(i).at(self.end[i])
@@ -131,11 +131,11 @@ class Ensemble:
         """The motion of one top."""
         return Motion(*InputArrays(self.start).one(i))
 
-    def _within(self, error: Array, run: Sample) -> Mask:
+    def _has_digits(self, error: Array, run: Sample) -> Mask:
         """Where a run has its digits; not where that is not known."""
         return error <= 10.0**-self.digits * np.fmax(1.0, run.theta)
 
-    def _off(self, run: Sample, exact: Ends) -> Array:
+    def _error_of(self, run: Sample, exact: Ends) -> Array:
         """How far off the axis of a run is, or its θ."""
         sine, phi = np.sin(exact.theta), exact.phi
         axis = np.stack((sine * np.sin(phi), -sine * np.cos(phi), np.cos(exact.theta)), axis=-1)
@@ -272,30 +272,30 @@ def propagate_many(
         "A": A, "C": C, "gMR": gMR, "theta": theta, "phi": phi, "psi": psi,
         "thetadot": thetadot, "phidot": phidot, "time": time,
     }  # fmt: skip
-    with gathering() as attempt:
-        digits = attempt(whole, "digits", digits, 1, DOUBLE_DIGITS)
+    with gather() as attempt:
+        digits = attempt(integer, "digits", digits, 1, DOUBLE_DIGITS)
         jobs = (
             None if jobs is None else attempt(arguments.read_argument, "jobs", jobs, arguments.JOBS)
         )
-        asked = attempt(_asked, formulation, events)
+        asked = attempt(_choose_form, formulation, events)
         given = attempt(with_spin, given, psidot, omega3)
     (form, sought), columns = asked, InputArrays(given)
     start = columns.full()
     end = start.pop("time")
     if "omega3" in start:
         start["psidot"] = start.pop("omega3") - start["phidot"] * np.cos(start["theta"])
-    broken = impossible(start["A"], start["C"], start["theta"])
+    broken = is_impossible(start["A"], start["C"], start["theta"])
     start["theta"] = np.where(broken, np.nan, start["theta"])  # such a lane is singular
     begun, parameters = _binary(form, start)
     zeros = [Expected.of(event, start) for event in sought]
     shorts = (np.where(each.risky, each.short, np.inf) for each in zeros)
     first = np.min([np.full(end.shape, np.inf), *shorts], axis=0)
-    journey = Journey(form, sought, begun, parameters, (end, first), MOST_STEPS)
+    journey = Batch(form, sought, begun, parameters, (end, first), MOST_STEPS)
     run = Ensemble(columns.shape, form, parameters, sought, end, *journey.run(jobs), digits, start)
-    return replace(run, zeros=counted(run, zeros)) if sought else run
+    return replace(run, zeros=filter_zeros(run, zeros)) if sought else run
 
 
-def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[str, ...]]:
+def _choose_form(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[str, ...]]:
     """The formulation of a name, with φ and ψ if it can, and events that it has, if they are."""
     forms = {"formulation": one_of(FORMULATIONS)}
     found, faults = parse_options(ENSEMBLE_NAME, {"formulation": formulation}, forms)
@@ -320,7 +320,7 @@ def _binary(form: Formulation, start: Arrays) -> tuple[Array, dict[str, Array]]:
 
 @cache
 def _start_function(form: Formulation) -> Any:
-    return lambdified((*form.start, *form.parameters.values()), _SYMBOLS)
+    return lambdify((*form.start, *form.parameters.values()), _SYMBOLS)
 
 
 def _frame(form: Formulation, start: Arrays) -> dict[str, Array]:

@@ -12,9 +12,9 @@ from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import Mask
 from heavytop.errors import HeavyTopError
 from heavytop.exact.pairs import EPSILON, Array
-from heavytop.integration.batch import Zeros, joined
+from heavytop.integration.batch import Zeros, join_zeros
 from heavytop.integration.outputs import form_values
-from heavytop.run.counts import tally
+from heavytop.run.counts import count_events
 from heavytop.run.estimates import LOCAL_ROUNDING
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def pole_momenta(start: Mapping[str, Array]) -> dict[str, Array]:
     return {"P_plus": drift + plus, "P_minus": drift - minus}
 
 
-def counted(run: Ensemble, expected: list[Expected]) -> Zeros:
+def filter_zeros(run: Ensemble, expected: list[Expected]) -> Zeros:
     """The zeros that count: those exactly at the start or the end too, each once, and no others.
 
     What is at the start is known from the numbers given; it may be found beside it, or not at all.
@@ -99,13 +99,13 @@ def counted(run: Ensemble, expected: list[Expected]) -> Zeros:
         for where, t in ((known.begins, np.zeros_like(run.end)), (ends, run.end)):
             which = np.flatnonzero(where & np.isfinite(run.end))
             parts.append(Zeros(which, np.full(which.size, code), t[which]))
-    return joined(parts)
+    return join_zeros(parts)
 
 
-def tallied(motion: Motion, end: float, event: str) -> tuple[float, float]:
+def count_bounds(motion: Motion, end: float, event: str) -> tuple[float, float]:
     """The least and the greatest number of events; nan where that is not known."""
     with suppress(HeavyTopError):
-        if known := tally(motion, end, (event,)):
+        if known := count_events(motion, end, (event,)):
             return known[event]
         if motion.regime.steady:
             return 0, 0

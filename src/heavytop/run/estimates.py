@@ -15,9 +15,9 @@ from typing import Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.exact.decimals import DOUBLE, enough
+from heavytop.exact.decimals import DOUBLE, least_bits
 from heavytop.exact.pairs import UNIT
-from heavytop.scene.quantities import Need, judged, need_of
+from heavytop.scene.quantities import Need, judged_quantities, need_of
 from heavytop.scene.scene import Scene
 
 # time
@@ -41,7 +41,7 @@ PLAN_SPARE_BITS: Final = 2.0  # bits, beyond those that have a reason
 MOST_TURNS: Final = 2.0**50  # of theta, phi or psi: beyond them a double does not tell turns apart
 
 
-class Forecast:
+class CostModel:
     """What the runs of one scene take up to a time [s]."""
 
     def __init__(self, scene: Scene, motion: Motion, span: float) -> None:
@@ -92,7 +92,7 @@ class Forecast:
             lost += 1.5 * math.log2(1 + self.periods)
         if FORMULATIONS[formulation].grows:  # phi and psi are its largest states
             lost += math.log2(1 + self.rate * abs(self.span))
-        return enough(self.scene.digits * math.log2(10) + PLAN_SPARE_BITS + lost)
+        return least_bits(self.scene.digits * math.log2(10) + PLAN_SPARE_BITS + lost)
 
     def seconds(self, formulation: str, projected: bool, bits: int) -> float:
         """Time to integrate, without compiling and sampling [s]."""
@@ -117,7 +117,7 @@ class Forecast:
         square of the distance where they are looked at, and the largest of the rates by the least
         distance.
         """
-        if "rates" not in judged(self.scene.quantities):
+        if "rates" not in judged_quantities(self.scene.quantities):
             return 1.0
         swing = self.motion.theta_max - self.motion.theta_min
         closest = max(self.nearest, CLOSEST * swing)

@@ -21,7 +21,7 @@ from heavytop.errors import Impossible, Outcome
 from heavytop.exact import Exact
 from heavytop.exact.decimals import context
 from heavytop.exact.pairs import EPSILON, Array
-from heavytop.integration.engine import Seen
+from heavytop.integration.engine import TimedStates
 from heavytop.integration.outputs import Sample, form_values, newton_step
 from heavytop.run.counts import KINDS_OF, TURNING, schedule
 from heavytop.run.plan import exact_span
@@ -209,7 +209,7 @@ def events_of(trajectory: Trajectory) -> Events:
         none = dict.fromkeys(STORED, np.empty(0)) | {"axis": np.empty((0, 3)), "states": states}
         return Events((), **none, place=np.empty(0, np.intp), asked=scene.events)
     at, zeros = (zeros_found if trajectory.in_doubles else zeros_expected)(trajectory)
-    kind, chosen = _chosen(at.phidot, zeros, scene.events)
+    kind, chosen = _select(at.phidot, zeros, scene.events)
     names = FROM_STATES if trajectory.in_doubles else Sample.COLUMNS
     columns: dict[str, Any] = {name: getattr(at, name)[chosen.place] for name in names}
     columns |= {"t": chosen.t, "t_low": chosen.t_low, "residual": chosen.residual}
@@ -221,7 +221,7 @@ def events_of(trajectory: Trajectory) -> Events:
         with np.errstate(invalid="ignore"):  # nan
             doubles = {name: columns[name].astype(np.float64) for name in STORED}
             low = (columns["t"] - doubles["t"]).astype(np.float64)
-        doubles["t"], doubles["t_low"] = _ended(doubles["t"], low, trajectory.orbit.end)
+        doubles["t"], doubles["t_low"] = _clip_times(doubles["t"], low, trajectory.orbit.end)
     kinds = tuple(kind.tolist())
     return Events(kinds, **doubles, place=chosen.place, asked=scene.events, own=own)
 
@@ -251,10 +251,10 @@ def zeros_expected(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
     for event in EVENT_FUNCTIONS:
         here = [(kind, t) for kind, t in expected if kind in KINDS_OF[event]]
         t = np.array([t for _, t in here], integrator.engine.nothing.dtype)
-        zeros, there = newton_step(form, event, run.orbit.seen_at(t), known, small)
+        zeros, there = newton_step(form, event, run.orbit.lookup(t), known, small)
         seen.append(zeros)
         cusps.append(np.array([kind == "cusp" for kind, _ in here], dtype=bool)[there])
-    at, is_cusp = run.read(Seen.join(seen)), np.concatenate(cusps)
+    at, is_cusp = run.read(TimedStates.join(seen)), np.concatenate(cusps)
     momentum = abs(form_values(form, "spin", at.states, known, at.t)[0])
     level = np.where(is_cusp, 2 * small * momentum / abs(np.sin(at.theta)), number("nan"))
     places = np.split(np.arange(at.t.size), [cusps[0].size])
@@ -302,7 +302,7 @@ def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
     zeros = []
     for event in EVENT_FUNCTIONS:
         hit = hits.get(event, orbit.samples.where(slice(0)))
-        begins = int(event in hits and _begins(scene, event))
+        begins = int(event in hits and _starts_at_event(scene, event))
         place = np.concatenate((np.arange(begins), np.arange(end, end := end + hit.t.size)))
         with np.errstate(divide="ignore", invalid="ignore"):
             noise = abs(at.phidot[place]) + 2 * b / abs(np.sin(at.theta[place]))
@@ -310,11 +310,11 @@ def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
         level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
         t_low = np.concatenate((np.zeros(begins), hit.t_low))
         found = EventZeros.of(trajectory, event, at, place, t_low, level)
-        zeros.append(_within(found, begins, orbit.end, step))
+        zeros.append(_zeros_in_span(found, begins, orbit.end, step))
     return at, EventZeros.join(zeros)
 
 
-def _begins(scene: Scene, event: str) -> bool:
+def _starts_at_event(scene: Scene, event: str) -> bool:
     """Tell whether the start is exactly an event: rounded, it is not quite a zero."""
     start = scene.start
     if event == "reversal":
@@ -322,7 +322,7 @@ def _begins(scene: Scene, event: str) -> bool:
     return start.thetadot.sign() == 0 or float(start.theta) == 0.0 or start.theta.sign() == 0
 
 
-def _within(zeros: EventZeros, begins: int, end: float, step: float) -> EventZeros:
+def _zeros_in_span(zeros: EventZeros, begins: int, end: float, step: float) -> EventZeros:
     """Return the zeros that belong to a run to `end` [s], those exactly at its edges included.
 
     One that rounding, of the time or of the event function, puts behind the end is at the end. A
@@ -334,7 +334,7 @@ def _within(zeros: EventZeros, begins: int, end: float, step: float) -> EventZer
     with np.errstate(divide="ignore", invalid="ignore"):
         margin = margin + np.fmin(abs(zeros.level / zeros.slope), BLUR * step)
     kept = zeros.where(forward * zeros.t <= abs(end) + margin)
-    t, t_low = _ended(kept.t, kept.t_low, end)
+    t, t_low = _clip_times(kept.t, kept.t_low, end)
     kept = kept._replace(t=t, t_low=t_low)
     if not begins:
         return kept
@@ -344,13 +344,13 @@ def _within(zeros: EventZeros, begins: int, end: float, step: float) -> EventZer
     return kept.where(apart)
 
 
-def _ended(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
+def _clip_times(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
     """Return times with none behind the end: what rounding put there goes into the low word."""
     behind = np.abs(t) > abs(end)
     return np.where(behind, end, t), np.where(behind, (t - end) + t_low, t_low)
 
 
-def _chosen(
+def _select(
     phidot: Array, zeros: EventZeros, asked: Sequence[str]
 ) -> tuple[NDArray[Any], EventZeros]:
     """Return kinds and zeros of the events that are asked for, in the order of the run.

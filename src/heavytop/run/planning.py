@@ -3,7 +3,7 @@
 Step by step: nothing is integrated for what the start alone tells, nor over a span whose steps
 would take hours. Else the formulation follows from how much of the motion must be followed (`Need`)
 and from how near a pole the axis comes; then how it has phi and psi, and which events are watched
-for. Last, what it takes follows from the digits and `Forecast`: nothing more, projection onto the
+for. Last, what it takes follows from the digits and `CostModel`: nothing more, projection onto the
 invariants, more bits than doubles have. A run that misses all the same goes one rung up.
 """
 
@@ -18,11 +18,11 @@ from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import FORMULATIONS, why_not
 from heavytop.errors import Fault, refuse
 from heavytop.exact import PI
-from heavytop.exact.decimals import DOUBLE, WORD, bits_of, enough, named
+from heavytop.exact.decimals import DOUBLE, WORD, bits_of, least_bits, named
 from heavytop.exact.pairs import EPSILON
-from heavytop.run.estimates import DOUBLE_DIGITS, MOST_TURNS, PLAN_SPARE_BITS, Forecast
+from heavytop.run.estimates import DOUBLE_DIGITS, MOST_TURNS, PLAN_SPARE_BITS, CostModel
 from heavytop.run.plan import Plan, Texts, closed_form_of, refusal, span, span_fault
-from heavytop.scene.arguments import Range, Reader, expect, one_of, parse_options, there
+from heavytop.scene.arguments import Range, Reader, drop_none, expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import TABLES
@@ -92,10 +92,10 @@ def plan(
     Accuracy: ``tests/run/test_planning.py`` runs what auto plans for tops drawn at random, and
     none misses its digits; ``validation/11_random_tops.py`` does more of them.
     """
-    return planned(scene, closed_form_of(scene), formulation, projected, tolerance)
+    return plan_motion(scene, closed_form_of(scene), formulation, projected, tolerance)
 
 
-def planned(
+def plan_motion(
     scene: Scene,
     motion: Motion,
     formulation: str = "auto",
@@ -108,21 +108,21 @@ def planned(
     known = read_options(scene, formulation=formulation, tolerance=tolerance)
     auto = formulation == "auto"
     if auto and need_of(scene.quantities) is Need.NOTHING:
-        return _nothing("class and period follow from it")
-    expected = Forecast(scene, motion, span(scene, motion))
+        return _plan_nothing("class and period follow from it")
+    expected = CostModel(scene, motion, span(scene, motion))
     name, why = formulation, f"{formulation}: asked for by name"
     if auto:
         name, why = _least_formulation(expected)
     refuse(_faults(expected, name))
-    found = _formulated(expected, name, why)
+    found = _choose_outputs(expected, name, why)
     if auto and not projected:
         found = choose_precision(expected, found)
         if expected.periods > MANY_PERIODS and found.seconds > MOST_S:
             said = duration(found.seconds)
-            return _nothing(f"the steps of {expected.periods:.3g} periods take {said}")
+            return _plan_nothing(f"the steps of {expected.periods:.3g} periods take {said}")
     else:
         bits = DOUBLE if scene.digits <= DOUBLE_DIGITS else expected.bits(name)
-        found = _at(expected, found, bits, projected)
+        found = _with_bits(expected, found, bits, projected)
     if tolerance is not None:
         if found.precision != "double":
             own = f"{found.precision}, whose steps have their own tolerance"
@@ -136,14 +136,14 @@ def planned(
 
 def read_options(scene: Scene, **given: Any) -> dict[str, Any]:
     """The options of a plan; what is wrong with them is a BadScene, that of digits too."""
-    known, wrong = parse_options(scene.name, there(**given), PLAN_OPTIONS)
+    known, wrong = parse_options(scene.name, drop_none(**given), PLAN_OPTIONS)
     refuse(wrong)
     return known
 
 
-def completed_plan(expected: Forecast, found: Plan, **changes: Any) -> Plan:
+def completed_plan(expected: CostModel, found: Plan, **changes: Any) -> Plan:
     """A plan with changes, the reasons of its precision, and what may disappoint."""
-    reasons = (*found.reasons, *_how_exactly(expected.scene, found))
+    reasons = (*found.reasons, *_precision_reasons(expected.scene, found))
     warnings = (*found.warnings, *_warnings(expected, found))
     return replace(found, reasons=reasons, warnings=warnings, **changes)
 
@@ -157,7 +157,7 @@ def plan_steps(scene: Scene, formulation: str = "auto") -> Plan:
     return plan(scene, projected=True) if chosen.formulation == "none" else chosen
 
 
-def _nothing(why: str) -> Plan:
+def _plan_nothing(why: str) -> Plan:
     """The plan of what the closed form has at once."""
     reason = f"nothing is integrated, the closed form answers: {why}"
     return Plan("none", reasons=(reason,))
@@ -166,22 +166,22 @@ def _nothing(why: str) -> Plan:
 # --- what cannot be had ------------------------------------------------------------------------
 
 
-def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
+def _faults(expected: CostModel, formulation: str) -> Iterator[Fault]:
     """What is not given; rates whose squares overflow; turns that are not counted."""
     scene, motion, entry = expected.scene, expected.motion, FORMULATIONS[formulation]
     wants, massive = ", ".join(scene.quantities), scene.top.C != 0
     if missing := [q for q in scene.quantities if QUANTITIES[q].need > entry.gives]:
-        rule = f"the {formulation} form does not give {', '.join(missing)}{_instead(expected)}"
+        rule = f"the {formulation} form does not give {', '.join(missing)}{_alternatives(expected)}"
         yield Fault(scene.name, None, "want.quantities", wants, rule)
     spun = [q for q in scene.quantities if QUANTITIES[q].need >= Need.PSI]
     if spun and not massive:
         rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
         yield Fault(scene.name, None, "want.quantities", wants, rule)
     if not (massive or entry.point_mass):
-        rule = f"the {formulation} form divides by C, which is 0{_instead(expected)}"
+        rule = f"the {formulation} form divides by C, which is 0{_alternatives(expected)}"
         yield Fault(scene.name, None, "top.C", "0", rule)
     if not entry.starts_at_pole and _starts_at_pole(scene):
-        rule = f"the {formulation} form cannot start at a pole{_instead(expected)}"
+        rule = f"the {formulation} form cannot start at a pole{_alternatives(expected)}"
         yield Fault(scene.name, None, "start.theta", str(scene.start.theta), rule)
     through_both = motion.nutates and motion.from_top == motion.from_bottom == 0
     if "sigma" in entry.variants and through_both and expected.need >= Need.PSI:
@@ -206,7 +206,7 @@ def _starts_at_pole(scene: Scene) -> bool:
     return 0 in (theta.sign(), (theta - PI).sign())
 
 
-def _instead(expected: Forecast) -> str:
+def _alternatives(expected: CostModel) -> str:
     """Which formulations take a scene, for one that another does not."""
     massive, upright = expected.scene.top.C != 0, _starts_at_pole(expected.scene)
     able = [
@@ -221,7 +221,7 @@ def _instead(expected: Forecast) -> str:
 # --- the formulation ---------------------------------------------------------------------------
 
 
-def _least_formulation(expected: Forecast) -> tuple[str, str]:
+def _least_formulation(expected: CostModel) -> tuple[str, str]:
     """The least formulation that gives what a scene wants, and why."""
     scene, motion, near = expected.scene, expected.motion, expected.nearest
     wants, allowed = scene.quantities, 10.0**-scene.digits
@@ -246,7 +246,7 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
     return "axis", "axis: quadratic, regular at the poles, and no angle grows in the state"
 
 
-def _formulated(expected: Forecast, name: str, why: str) -> Plan:
+def _choose_outputs(expected: CostModel, name: str, why: str) -> Plan:
     """A formulation with the angles and events that are wanted, and how it has them."""
     scene, motion, need = expected.scene, expected.motion, expected.need
     entry, variant, reasons = FORMULATIONS[name], None, list[str]()
@@ -265,7 +265,7 @@ def _formulated(expected: Forecast, name: str, why: str) -> Plan:
         if need >= Need.PSI:
             variant, reason = _quadrature(scene, motion)
             rates, reasons = (motion.mean_rates[variant == "delta"],), [reason, *reasons]
-    watched, why_watched = _watched(scene, motion, expected.span)
+    watched, why_watched = _watched_events(scene, motion, expected.span)
     frame = tuple(zip(entry.rates, rates, strict=True)) if rates else ()
     states, reasons = entry.states + len(frame), [why, *reasons, *why_watched]
     return Plan(name, variant, frame, watched, states, reasons=(*reasons,))
@@ -279,7 +279,7 @@ def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:
     return "delta", "psi: integral of (phi - psi)', regular at the bottom, less its mean"
 
 
-def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Texts, Texts]:
+def _watched_events(scene: Scene, motion: Motion, end: float) -> tuple[Texts, Texts]:
     """The events that are watched for in the integrator's loop, and why these."""
     if not scene.events:
         return (), ("no events are requested, so none slow the loop",)
@@ -303,7 +303,7 @@ def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Texts, Texts]:
 # --- precision and projection ------------------------------------------------------------------
 
 
-def choose_precision(expected: Forecast, found: Plan) -> Plan:
+def choose_precision(expected: CostModel, found: Plan) -> Plan:
     """The least with which a formulation is expected to meet the scene's digits.
 
     Examples
@@ -316,14 +316,14 @@ def choose_precision(expected: Forecast, found: Plan) -> Plan:
     """
     digits, allowed = expected.scene.digits, 10.0**-expected.scene.digits
     if digits > DOUBLE_DIGITS:
-        return _at(expected, found, expected.bits(found.formulation))
+        return _with_bits(expected, found, expected.bits(found.formulation))
     for projected, most in ((False, PLAIN_HOPE * allowed), (True, HOPE * allowed)):
         if expected.error(projected) <= most:
-            return _at(expected, found, DOUBLE, projected)
-    return _in_more_bits(expected, found, DOUBLE)
+            return _with_bits(expected, found, DOUBLE, projected)
+    return _raise_bits(expected, found, DOUBLE)
 
 
-def next_plan(expected: Forecast, tried: Plan, factor: float, said: str) -> Plan | None:
+def next_plan(expected: CostModel, tried: Plan, factor: float, said: str) -> Plan | None:
     """The plan that is one rung up from one that missed by a factor; None where there is none.
 
     Parameters
@@ -342,31 +342,31 @@ def next_plan(expected: Forecast, tried: Plan, factor: float, said: str) -> Plan
     said = f"{rung}: {said}"
     found = replace(tried, tried=(*tried.tried, said), warnings=(), reasons=(*kept,))
     if tried.formulation == "cubic" and bits == DOUBLE:  # its heights set the period
-        regular = _formulated(expected, "axis", "axis: the cubic form missed what is wanted")
+        regular = _choose_outputs(expected, "axis", "axis: the cubic form missed what is wanted")
         regular = choose_precision(expected, regular)
         return completed_plan(expected, regular, tried=found.tried, auto=True)
     projects = bits == DOUBLE and not (tried.projected or why_not(tried.equations))
     if projects and expected.periods > FEW_PERIODS:
-        return completed_plan(expected, _at(expected, found, DOUBLE, True))
+        return completed_plan(expected, _with_bits(expected, found, DOUBLE, True))
     more = log2(factor) if 1 < factor < inf else WORD - PLAN_SPARE_BITS
     least = bits if bits == DOUBLE else bits + more + PLAN_SPARE_BITS
-    further = _in_more_bits(expected, found, least)
+    further = _raise_bits(expected, found, least)
     return completed_plan(expected, further) if bits_of(further.precision) > bits else None
 
 
-def _in_more_bits(expected: Forecast, found: Plan, least: float) -> Plan:
+def _raise_bits(expected: CostModel, found: Plan, least: float) -> Plan:
     """A plan in as many bits as it takes, and at least; in doubles, projected, if that is long."""
     lost = log2(expected.error(False)) + expected.scene.digits * log2(10)
-    wanted = enough(max(DOUBLE + 1.0, DOUBLE + lost + PLAN_SPARE_BITS, least))
+    wanted = least_bits(max(DOUBLE + 1.0, DOUBLE + lost + PLAN_SPARE_BITS, least))
     seconds = expected.seconds(found.formulation, False, wanted)
     if seconds <= PATIENCE_S and wanted <= MOST_BITS:
-        return _at(expected, found, wanted)
+        return _with_bits(expected, found, wanted)
     why = f"digits may be missed: {named(wanted)} would take {duration(seconds)}"
     kept = replace(found, warnings=(f"digits: {why}",))
-    return _at(expected, kept, DOUBLE, not why_not(found.equations))
+    return _with_bits(expected, kept, DOUBLE, not why_not(found.equations))
 
 
-def _at(expected: Forecast, found: Plan, bits: int, projected: bool = False) -> Plan:
+def _with_bits(expected: CostModel, found: Plan, bits: int, projected: bool = False) -> Plan:
     """A plan in numbers of so many bits."""
     return replace(
         found,
@@ -377,7 +377,7 @@ def _at(expected: Forecast, found: Plan, bits: int, projected: bool = False) -> 
     )
 
 
-def _how_exactly(scene: Scene, found: Plan) -> Iterator[str]:
+def _precision_reasons(scene: Scene, found: Plan) -> Iterator[str]:
     """Why more bits or projection are taken; refuses them where they are not to be had."""
     bits = bits_of(found.precision)
     if bits > MOST_BITS:
@@ -395,7 +395,7 @@ def _how_exactly(scene: Scene, found: Plan) -> Iterator[str]:
         yield f"{ONTO} {', '.join(found.equations.invariants)} every few nutations"
 
 
-def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
+def _warnings(expected: CostModel, found: Plan) -> Iterator[str]:
     """Say what may disappoint: growing angles, rounding on a separatrix, a long integration."""
     motion, count = expected.motion, expected.periods
     grows = FORMULATIONS[found.formulation].grows

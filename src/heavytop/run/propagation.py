@@ -21,16 +21,16 @@ from numpy.typing import NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.errors import EndedEarly, Impossible, Outcome
 from heavytop.exact import Number
-from heavytop.integration.orbit import Orbit, integrate, not_begun
-from heavytop.run.estimates import Forecast, most_steps
+from heavytop.integration.orbit import Orbit, integrate, start_orbit
+from heavytop.run.binary_motion import binary_start, integrator_of, times_between
+from heavytop.run.estimates import CostModel, most_steps
 from heavytop.run.events import events_expected
-from heavytop.run.own_motion import binary_start, integrator_of, times_between
 from heavytop.run.plan import Plan, Statistics, closed_form_of, exact_span, refusal, span
-from heavytop.run.planning import next_plan, planned
+from heavytop.run.planning import next_plan, plan_motion
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.trajectory_file import Checkpoints
-from heavytop.run.verify import misses, warn_of, warn_of_plan
-from heavytop.scene.arguments import check_callable, expect, path_of, read_argument, whole
+from heavytop.run.verify import misses, warn_of_misses, warn_of_plan
+from heavytop.scene.arguments import check_callable, expect, integer, path_of, read_argument
 from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
@@ -120,11 +120,11 @@ def propagate(
     >>> trajectory.events.count("cusp")
     5
     """
-    step_limit = None if step_limit is None else whole("step_limit", step_limit, 1)
+    step_limit = None if step_limit is None else integer("step_limit", step_limit, 1)
     check_callable("progress", progress)
     place = None if checkpoint is None else path_of("checkpoint", checkpoint)
     motion = closed_form_of(scene)
-    chosen = planned(scene, motion, formulation, projected, tolerance)
+    chosen = plan_motion(scene, motion, formulation, projected, tolerance)
     if chosen.formulation == "none":
         known = "heavytop.Motion has the motion at any time, a formulation by name integrates it"
         raise refusal(scene, "formulation", formulation, f"{chosen.reasons[0]}; {known}")
@@ -133,10 +133,10 @@ def propagate(
 
 def integrate_plan(scene: Scene, motion: Motion, chosen: Plan, course: Course) -> Trajectory:
     """Carry out the plan of a scene, which integrates it; else as `propagate`."""
-    return _meet_digits(_integrated(scene, motion, chosen, course), course)
+    return _meet_digits(_integrate(scene, motion, chosen, course), course)
 
 
-def _integrated(
+def _integrate(
     scene: Scene, motion: Motion, chosen: Plan, course: Course, spent: float = 0.0
 ) -> Trajectory:
     """Return the trajectory of a plan, whatever it misses; so long was spent on others before."""
@@ -145,7 +145,7 @@ def _integrated(
     _ = chosen.equations
     cost = Statistics(0, 0, time.perf_counter() - began, 0.0, spent)
     constants, start = binary_start(scene, chosen)
-    orbit = not_begun(integrator_of(chosen, constants, start), start)
+    orbit = start_orbit(integrator_of(chosen, constants, start), start)
     part = Trajectory(scene, motion, chosen, orbit, cost)
     return _continue(part, _even_times(part, 0, scene.samples - 1), course)
 
@@ -159,12 +159,12 @@ def _meet_digits(run: Trajectory, course: Course, stacklevel: int = 5) -> Trajec
     while True:
         found, chosen, further = misses(run), run.plan, None
         if chosen.auto and len(chosen.tried) < MOST_TRIED and not found.factor <= 1:
-            expected = Forecast(scene, motion, span(scene, motion))
+            expected = CostModel(scene, motion, span(scene, motion))
             further = next_plan(expected, chosen, found.factor, str(found))
         if further is None:
-            warn_of(found, scene.digits, stacklevel)
+            warn_of_misses(found, scene.digits, stacklevel)
             return run
-        run = _integrated(scene, motion, further, course, run.statistics.integrate_s)
+        run = _integrate(scene, motion, further, course, run.statistics.integrate_s)
 
 
 def extend(
@@ -230,21 +230,21 @@ def extend(
     old, end = trajectory.orbit, float(span_wanted)
     if not abs(end) > abs(old.end) or end * old.end < 0:
         raise Impossible([("time_span", f"beyond {old.end}, where the trajectory ends")])
-    more = _as_before(trajectory, end) if samples is None else samples
-    count = whole("samples", more, 1, MAX_SAMPLES)
+    more = _sample_count(trajectory, end) if samples is None else samples
+    count = integer("samples", more, 1, MAX_SAMPLES)
     in_all = trajectory.t.size + count
     scene = replace(trajectory.scene, time=span_wanted, periods=None, samples=in_all)
-    again = planned(scene, trajectory.motion, trajectory.plan.formulation)
+    again = plan_motion(scene, trajectory.motion, trajectory.plan.formulation)
     chosen = replace(trajectory.plan, warnings=again.warnings, auto=False)
     warn_of_plan(chosen)
     longer = replace(trajectory, scene=scene, plan=chosen)
     times = _even_times(longer, old.samples.t[-1], count)[1:]
     run = _continue(longer, times, Course(progress, step_limit=sys.maxsize))
-    warn_of(misses(run), scene.digits)
+    warn_of_misses(misses(run), scene.digits)
     return run
 
 
-def completed(trajectory: Trajectory, course: Course | None = None) -> Trajectory:
+def finish(trajectory: Trajectory, course: Course | None = None) -> Trajectory:
     """Go on with an interrupted trajectory to the end of its scene, as if nothing had happened.
 
     Parameters
@@ -266,7 +266,7 @@ def completed(trajectory: Trajectory, course: Course | None = None) -> Trajector
     if trajectory.outcome is Outcome.FINISHED:
         return trajectory
     if trajectory.outcome is not Outcome.INTERRUPTED:
-        raise EndedEarly(trajectory.outcome, trajectory, _why(trajectory))
+        raise EndedEarly(trajectory.outcome, trajectory, _explain_stop(trajectory))
     done = trajectory.orbit.samples.t.size
     warn_of_plan(trajectory.plan)
     times = _even_times(trajectory, 0, trajectory.scene.samples - 1)[done:]
@@ -300,12 +300,12 @@ def _continue(part: Trajectory, times: NDArray[np.float64], course: Course) -> T
     spent = cost.integrate_s + time.perf_counter() - began
     cost = Statistics(orbit.steps, engine.order, cost.derive_s, engine.compile_s, spent, cost.whole)
     if saves is not None:
-        saves.at_last(orbit)
-    if orbit.outcome is Outcome.FINISHED and _left_the_chart(orbit):
+        saves.save_end(orbit)
+    if orbit.outcome is Outcome.FINISHED and _crossed_pole(orbit):
         orbit = replace(orbit, outcome=Outcome.SINGULAR)
     run = replace(part, orbit=orbit, statistics=cost)
     if run.outcome is not Outcome.FINISHED:
-        raise EndedEarly(run.outcome, run, _why(run))
+        raise EndedEarly(run.outcome, run, _explain_stop(run))
     return run
 
 
@@ -329,7 +329,7 @@ def _even_times(part: Trajectory, first: Any, count: int) -> NDArray[Any]:
     return np.array(times, part.orbit.samples.t.dtype)
 
 
-def _left_the_chart(orbit: Orbit) -> bool:
+def _crossed_pole(orbit: Orbit) -> bool:
     """Tell whether a form that is singular at the poles stepped over one, theta leaving 0 to pi."""
     form = orbit.integrator.formulation
     names = [symbol.name for symbol in form.states]
@@ -339,7 +339,7 @@ def _left_the_chart(orbit: Orbit) -> bool:
     return bool(np.any((theta < 0) | (theta > np.pi)))
 
 
-def _why(trajectory: Trajectory) -> str:
+def _explain_stop(trajectory: Trajectory) -> str:
     """Say what stops a run of a form that is singular at the poles, and what does not."""
     form, regular = trajectory.plan.formulation, trajectory.plan.equations.limits
     if trajectory.outcome is Outcome.INTERRUPTED or regular:
@@ -351,7 +351,7 @@ def _why(trajectory: Trajectory) -> str:
     )
 
 
-def _as_before(trajectory: Trajectory, end: float) -> int:
+def _sample_count(trajectory: Trajectory, end: float) -> int:
     """Return how many samples there are to an end at the distance that they have."""
     reached = abs(trajectory.orbit.end)
     spacing = reached / max(trajectory.t.size - 1, 1)

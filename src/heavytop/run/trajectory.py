@@ -17,19 +17,19 @@ from heavytop.errors import Impossible, Outcome
 from heavytop.exact.decimals import DOUBLE, Context, Number, context, digits_of, number
 from heavytop.exact.pairs import EPSILON, Array
 from heavytop.integration import outputs
-from heavytop.integration.engine import Seen, reals, text
+from heavytop.integration.engine import TimedStates, reals, text
 from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import Sample, sample, times_of
-from heavytop.run.events import Events, events_of
-from heavytop.run.exact import Run
-from heavytop.run.own_motion import (
+from heavytop.run.binary_motion import (
     OWN_SPARE_DIGITS,
-    OwnMotion,
+    BinaryMotion,
     Records,
     SomeRows,
-    some,
+    spread_places,
     times_between,
 )
+from heavytop.run.events import Events, events_of
+from heavytop.run.exact import Run
 from heavytop.run.plan import Statistics
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.text import Played
@@ -95,7 +95,7 @@ class Trajectory(Run, Played):
             A time that is not between start and end.
         """
         times = times_of(t)
-        found = rounded(self._motion_at(times.reshape(-1)))
+        found = round_sample(self._motion_at(times.reshape(-1)))
         return found if times.ndim else found.at(0)
 
     def _motion_at(self, t: Array) -> Sample:
@@ -114,10 +114,10 @@ class Trajectory(Run, Played):
         return self.orbit.outcome
 
     @cached_property
-    def own(self) -> OwnMotion:
+    def binary_motion(self) -> BinaryMotion:
         """The exact motion of the numbers that the run starts from."""
         orbit = self.orbit
-        return OwnMotion(self.plan, self.motion, orbit.parameters, orbit.checkpoints[0].state)
+        return BinaryMotion(self.plan, self.motion, orbit.parameters, orbit.checkpoints[0].state)
 
     @property
     def bits(self) -> int:
@@ -134,7 +134,7 @@ class Trajectory(Run, Played):
         """The motion at the end, in doubles or in numbers of `ctx`."""
         if self.in_doubles:
             return self(self.orbit.end)
-        return self.own_samples.at(-1).mapped(self.numbers)
+        return self.raw_samples.at(-1).mapped(self.numbers)
 
     def in_mpmath(self, t: Any = None) -> Sample:
         """Return the motion in mpmath's numbers, with all the digits of the run.
@@ -157,7 +157,7 @@ class Trajectory(Run, Played):
         '0.481108315235354695680080734662'
         """
         if t is None:
-            return self.own_samples.mapped(self.numbers)
+            return self.raw_samples.mapped(self.numbers)
         one = isinstance(t, str) or not hasattr(t, "__len__")
         each: Any = [t] if one else t
         times = np.array([self.nearest(x) for x in each], self.orbit.samples.t.dtype)
@@ -174,7 +174,7 @@ class Trajectory(Run, Played):
         with np.errstate(invalid="ignore"):  # nan
             return np.frompyfunc(self.number, 1, 1)(column)
 
-    def read(self, seen: Seen) -> Sample:
+    def read(self, seen: TimedStates) -> Sample:
         """Return the motion at states of the orbit, in the numbers of the run.
 
         Whole turns of phi and psi that no state has are those of the closed form.
@@ -192,9 +192,9 @@ class Trajectory(Run, Played):
             unknown = np.full(seen.t.shape, np.nan)
             found = replace(found, phi=unknown, psi=unknown)
         begun = seen.t == 0
-        return self._begun(found, begun) if self.in_doubles and begun.any() else found
+        return self._start_readings(found, begun) if self.in_doubles and begun.any() else found
 
-    def _begun(self, found: Sample, begun: NDArray[np.bool_]) -> Sample:
+    def _start_readings(self, found: Sample, begun: NDArray[np.bool_]) -> Sample:
         """Return what the scene says of its start, not what its states round to."""
         at, told = begun.nonzero(), {}
         for names in (ANGLES, RATES):
@@ -205,18 +205,18 @@ class Trajectory(Run, Played):
                 column[at] = [known if abs(x - known) <= rounding else x for x in column[at]]
         return replace(found, **told)
 
-    def _exact_at(self, seen: Seen) -> Any:
+    def _exact_at(self, seen: TimedStates) -> Any:
         """The exact motion of the run's own numbers in doubles; None where there is none."""
-        return self._exact if seen is self._seen else self.own.at(seen)
+        return self._exact if seen is self._recorded else self.binary_motion.at(seen)
 
     @cached_property
-    def _seen(self) -> Seen:
+    def _recorded(self) -> TimedStates:
         """Wherever the orbit was seen on its way: at samples, between them, at zeros."""
-        return Seen.join([self.orbit.samples, self.orbit.between, *self.orbit.hits])
+        return TimedStates.join([self.orbit.samples, self.orbit.between, *self.orbit.hits])
 
     @cached_property
     def _exact(self) -> Any:
-        return self.own.at(self._seen)
+        return self.binary_motion.at(self._recorded)
 
     @property
     def exact_events(self) -> tuple[SomeRows, Array]:
@@ -224,14 +224,14 @@ class Trajectory(Run, Played):
 
         And how much later than found they are said to be [s].
         """
-        found, there = self.events, self._seen.where(self.events.place)
+        found, there = self.events, self._recorded.where(self.events.place)
         later = (found.t - there.t) + (found.t_low - there.t_low)
         return SomeRows(self._exact, found.place), later
 
     @cached_property
     def readings(self) -> Sample:
         """The motion at samples, at the times between them at which it was seen, and at zeros."""
-        return self.read(self._seen)
+        return self.read(self._recorded)
 
     @cached_property
     def events(self) -> Events:
@@ -261,30 +261,30 @@ class Trajectory(Run, Played):
         """
         samples, times = self.orbit.samples, times_between(self.orbit.end, self.motion.period)
         times = self.orbit.integrator.numbers(times)
-        seen, between, place = self._seen, self.orbit.between, self.orbit.places_of(times)
+        seen, between, place = self._recorded, self.orbit.between, self.orbit.places_of(times)
         if place is None:
             between, place = self.orbit.at(times), np.arange(times.size)
-            seen = Seen.join([samples, between])
-        run = self.readings if seen is self._seen else self.read(seen)
+            seen = TimedStates.join([samples, between])
+        run = self.readings if seen is self._recorded else self.read(seen)
         fixed = np.append(samples.t.size + place, samples.t.size - 1)
         if self.in_doubles:
             count = slice(samples.t.size + between.t.size)  # zeros have no angles beside a pole
             run, exact = run.at(count), self._exact_at(seen)
             known = exact and SomeRows(exact, count)
         else:
-            run = run.at(np.append(some(samples.t.size), fixed)).mapped(self.numbers)
+            run = run.at(np.append(spread_places(samples.t.size), fixed)).mapped(self.numbers)
             known, fixed = None, np.arange(-fixed.size, 0)
-        return run, known or self.exact(self.own.closed_form, run.t), fixed
+        return run, known or self.exact(self.binary_motion.closed_form, run.t), fixed
 
     @cached_property
-    def own_samples(self) -> Sample:
+    def raw_samples(self) -> Sample:
         """The motion at the sample times of the scene, in the numbers of the run."""
         return self.readings.at(slice(self.orbit.samples.t.size))
 
     @cached_property
     def samples(self) -> Sample:
         """The motion at the sample times of the scene."""
-        return rounded(self.own_samples)
+        return round_sample(self.raw_samples)
 
     def text(self, x: Any) -> str | None:
         """Return a number of the run with the digits that the scene wants; None for nan.
@@ -334,12 +334,12 @@ class Trajectory(Run, Played):
     @property
     def phi(self) -> Array | None:
         """Precession at the sample times, shape (k,) [rad]; None where it is not followed."""
-        return _known(self.samples.phi)
+        return _column_or_none(self.samples.phi)
 
     @property
     def psi(self) -> Array | None:
         """Spin angle at the sample times, shape (k,) [rad]; None where it is not followed."""
-        return _known(self.samples.psi)
+        return _column_or_none(self.samples.psi)
 
     @property
     def axis(self) -> Array:
@@ -354,10 +354,10 @@ class Trajectory(Run, Played):
         ``length`` is that of a vector or quaternion of unit length. What is called E_prime, p_phi
         and p_psi elsewhere is in J and kg m^2/s: A times these.
         """
-        found = self.own_invariants(self.own_samples)
+        found = self.raw_invariants(self.raw_samples)
         return {name: values.astype(np.float64) for name, values in found.items()}
 
-    def own_invariants(self, run: Sample) -> dict[str, Array]:
+    def raw_invariants(self, run: Sample) -> dict[str, Array]:
         """Return the invariants at some samples, in the numbers of the run.
 
         Parameters
@@ -372,7 +372,7 @@ class Trajectory(Run, Played):
         return outputs.invariants(self.orbit.integrator.formulation, rows, known, t)
 
 
-def rounded(found: Sample) -> Sample:
+def round_sample(found: Sample) -> Sample:
     """Return a sample in doubles."""
     if found.t.dtype == np.float64:
         return found
@@ -380,5 +380,5 @@ def rounded(found: Sample) -> Sample:
         return found.mapped(lambda column: column.astype(np.float64))
 
 
-def _known(values: Array) -> Array | None:
+def _column_or_none(values: Array) -> Array | None:
     return None if np.isnan(values).all() else values

@@ -24,11 +24,11 @@ from heavytop.doctor import versions
 from heavytop.errors import Outcome
 from heavytop.exact.decimals import DOUBLE, bits_of
 from heavytop.files import array, attribute, open_sealed, write_sealed
-from heavytop.integration.engine import Seen, reals, text
+from heavytop.integration.engine import TimedStates, reals, text
 from heavytop.integration.orbit import Checkpoint, Orbit
+from heavytop.run.binary_motion import integrator_of
 from heavytop.run.events import STORED
 from heavytop.run.exact import Run, SceneMotion
-from heavytop.run.own_motion import integrator_of
 from heavytop.run.plan import Plan, Statistics, closed_form_of
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import path_of
@@ -102,7 +102,7 @@ def write(run: Run, path: str | os.PathLike[str]) -> None:
     import h5netcdf
     import h5py
 
-    kept = _kept(run) if isinstance(run, Trajectory) else {}
+    kept = _restart_data(run) if isinstance(run, Trajectory) else {}
     target, held = Path(path), BytesIO()  # HDF5 does not survive a full disk
     if not target.parent.is_dir():
         raise FileNotFoundError(f"{target.parent}: no such folder")
@@ -135,7 +135,7 @@ def _contents(run: Run) -> Variables:
     met = {name: getattr(events, name) for name in STORED}
     met["kind"] = np.array(events.kind, dtype="U10")
     if not run.in_doubles:
-        samples |= _texts(run, run.own_samples)
+        samples |= _texts(run, run.raw_samples)
     if events.own is not None:
         met |= _texts(run, SimpleNamespace(**events.own))
     states = {"state": np.array([s.name for s in run.plan.equations.states])}
@@ -165,7 +165,7 @@ def _texts(trajectory: Trajectory, run: Any) -> Variables:
         return {f"{name}_text": written(x).astype(str) for name, x in columns.items()}
 
 
-def _kept(trajectory: Trajectory) -> Variables:
+def _restart_data(trajectory: Trajectory) -> Variables:
     """Return what it takes to run any block again, and to go on: block starts and all zeros."""
     orbit = trajectory.orbit
     rows = zip(*((c.time, c.state, c.steps) for c in orbit.checkpoints), strict=True)
@@ -175,13 +175,13 @@ def _kept(trajectory: Trajectory) -> Variables:
         kept |= _over(f"zero_{i}", seen._asdict(), f"zeros_{i}_", "at a zero of an event function")
     if not trajectory.in_doubles:
         more = "of the run in more than doubles"
-        points |= {name: _whole(points[name]) for name in ("time", "states")}
-        own = {name: _whole(getattr(orbit.samples, name)) for name in OWN_COLUMNS}
+        points |= {name: _exact_texts(points[name]) for name in ("time", "states")}
+        own = {name: _exact_texts(getattr(orbit.samples, name)) for name in OWN_COLUMNS}
         kept |= _over("t", own, "own_", more)
     return kept | _over("checkpoint", points, "checkpoint_", "at the start of a block")
 
 
-def _whole(column: Any) -> Any:
+def _exact_texts(column: Any) -> Any:
     """Return reals as texts by which every bit comes back."""
     return np.frompyfunc(text, 1, 1)(column).astype(str)
 
@@ -279,20 +279,22 @@ def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
     rows = zip(times, states, array(file, "checkpoint_steps").tolist(), strict=True)
     points = tuple(Checkpoint(tuple(t.tolist()), state.copy(), done) for t, state, done in rows)
 
-    def seen(prefix: str = "") -> Seen:
-        return Seen(*(array(file, f"{prefix}{name}") for name in Seen._fields))
+    def timed(prefix: str = "") -> TimedStates:
+        return TimedStates(*(array(file, f"{prefix}{name}") for name in TimedStates._fields))
 
     constants = json.loads(attribute(file, "parameters"))
-    samples = seen()
+    samples = timed()
     if bits > DOUBLE:
         constants = {name: reals(np.array(x), bits)[()] for name, x in constants.items()}
         t, own = (numbers(f"own_{name}") for name in OWN_COLUMNS)
-        samples = Seen(t, 0 * t, own)
+        samples = TimedStates(t, 0 * t, own)
     return Orbit(
         integrator=integrator_of(chosen, constants, points[0]),
         checkpoints=points,
         samples=samples,
-        hits=tuple(seen(f"zeros_{i}_") for i in range(0 if bits > DOUBLE else len(chosen.watched))),
+        hits=tuple(
+            timed(f"zeros_{i}_") for i in range(0 if bits > DOUBLE else len(chosen.watched))
+        ),
         end=float(attribute(file, "end")),
         steps=int(attribute(file, "steps")),
         outcome=outcome,
@@ -323,7 +325,7 @@ class Checkpoints:
         if time.monotonic() >= self.due:
             self._save(so_far())
 
-    def at_last(self, orbit: Orbit) -> None:
+    def save_end(self, orbit: Orbit) -> None:
         """Save the orbit at the end of its steps, before what is made of it takes its time."""
         long = time.monotonic() - self.saved >= UNSAVED_S
         if orbit.outcome is Outcome.INTERRUPTED or (long and orbit.outcome in WHOLE):

@@ -24,8 +24,8 @@ from heavytop.analytic.form import to_mpf
 from heavytop.analytic.motion import ClosedForm
 from heavytop.errors import DoubtfulWarning, MissedDigitsWarning, NoClosedForm
 from heavytop.exact.decimals import Number, context
-from heavytop.run.counts import Counts, differences, tally
-from heavytop.run.own_motion import OWN_SPARE_DIGITS, some
+from heavytop.run.binary_motion import OWN_SPARE_DIGITS, spread_places
+from heavytop.run.counts import Counts, count_events, differences
 from heavytop.run.plan import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
@@ -34,7 +34,7 @@ from heavytop.scene.quantities import (
     QUANTITIES,
     Need,
     columns_of,
-    judged,
+    judged_quantities,
     need_of,
     values_of,
 )
@@ -118,19 +118,19 @@ def run_errors(trajectory: Trajectory) -> Errors:
     is used here, to 1e-14 of a yardstick of 40 digits.
     """
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
-    scene, own = trajectory.motion, trajectory.own
+    scene, own = trajectory.motion, trajectory.binary_motion
     changes, wants = _changes(trajectory), trajectory.scene.quantities
     nothing = Errors(energy=changes.pop("energy"), invariants=changes)
     derived = [name for name in wants if QUANTITIES[name].of]
     try:
         run, exact, fixed = trajectory.compared
-        off = _apart(trajectory, run, exact, (*COMPARED, *derived))
+        off = _differences(trajectory, run, exact, (*COMPARED, *derived))
         off["event_time"], _ = _lateness(trajectory, own.closed_form)
         end = run.t[fixed[-1:]]
         rounded, unrounded = (trajectory.exact(x, end) for x in (own.closed_form, scene))
         need = max(need_of(wants), Need.TILT)
         moved = [name for name in (*ANGLES, "axis") if QUANTITIES[name].need <= need]
-        rounding = _apart(trajectory, rounded, unrounded, moved)
+        rounding = _differences(trajectory, rounded, unrounded, moved)
     except NoClosedForm as reason:
         return replace(nothing, why_not=str(reason))
     found: dict[str, Any] = {name: _double(x.max()) for name, x in off.items() if x.size}
@@ -174,7 +174,7 @@ def misses(trajectory: Trajectory) -> Misses:
     rate that vanishes there makes of it. Beside a special motion rounding may turn the start into
     another one: a run that agrees with the motion of the exact numbers misses nothing either.
     """
-    expected = tally(trajectory.motion, trajectory.orbit.end, trajectory.scene.events) or {}
+    expected = count_events(trajectory.motion, trajectory.orbit.end, trajectory.scene.events) or {}
     found = {name: trajectory.events.count(name) or 0 for name in expected}
     events = {
         name: ends for name, ends in expected.items() if not ends[0] <= found[name] <= ends[1]
@@ -185,23 +185,23 @@ def misses(trajectory: Trajectory) -> Misses:
 
 
 def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
-    names, bound = judged(trajectory.scene.quantities), _bound(trajectory)
+    names, bound = judged_quantities(trajectory.scene.quantities), _bound(trajectory)
     allowed: dict[str, Any] = {name: bound * _size(trajectory, name) for name in names}
-    scene, own = trajectory.motion, trajectory.own
+    scene, own = trajectory.motion, trajectory.binary_motion
     try:
         run, exact, fixed = trajectory.compared
-        off = _apart(trajectory, run, exact, names)
+        off = _differences(trajectory, run, exact, names)
         off["event_time"], allowed["event_time"] = _lateness(trajectory, own.closed_form)
-        if not (far := _beyond(off, allowed)):
+        if not (far := _exceeding(off, allowed)):
             return {}, 0.0
         exact = trajectory.exact(scene, run.t)
-        off = _apart(trajectory, run, exact, [name for name in names if name in far])
+        off = _differences(trajectory, run, exact, [name for name in names if name in far])
         factors = [float(x[fixed].max() / allowed[name]) for name, x in off.items()]
         if "event_time" in far:
             off["event_time"], allowed["event_time"] = _lateness(trajectory, scene)
     except NoClosedForm:
         return {}, 0.0
-    return _beyond(off, allowed), max(factors, default=0.0)
+    return _exceeding(off, allowed), max(factors, default=0.0)
 
 
 def deviations(trajectory: Trajectory) -> dict[str, Array]:
@@ -209,12 +209,12 @@ def deviations(trajectory: Trajectory) -> dict[str, Array]:
 
     At the samples, or at 1000 of them, evenly spaced. Raises `NoClosedForm`.
     """
-    run = trajectory.samples.at(some(trajectory.t.size, 1000))
-    exact = trajectory.own.closed_form.at(run.t)
-    return {"t": run.t} | _apart(trajectory, run, exact, (*ANGLES, "axis"))
+    run = trajectory.samples.at(spread_places(trajectory.t.size, 1000))
+    exact = trajectory.binary_motion.closed_form.at(run.t)
+    return {"t": run.t} | _differences(trajectory, run, exact, (*ANGLES, "axis"))
 
 
-def conserved(
+def invariant_drift(
     invariants: Mapping[str, Array], parameters: Mapping[str, Number], grain: Number = 0.0
 ) -> dict[str, float]:
     """Return the largest change of each invariant, relative to its start if that is known.
@@ -239,16 +239,16 @@ def warn_of_plan(chosen: Plan, stacklevel: int = 3) -> None:
         warnings.warn(warning, DoubtfulWarning, stacklevel=stacklevel)
 
 
-def warn_of(found: Misses, digits: int, stacklevel: int = 3) -> None:
+def warn_of_misses(found: Misses, digits: int, stacklevel: int = 3) -> None:
     """Warn of what a run that reached its end misses, of which there were to be so many digits."""
     if found.events:
         doubt = f"events: {found.miscounted}, by the exact numbers; this run does not resolve them"
         warnings.warn(doubt, DoubtfulWarning, stacklevel=stacklevel)
     if found.digits:
-        warnings.warn(missed(found.digits, digits), MissedDigitsWarning, stacklevel=stacklevel)
+        warnings.warn(miss_text(found.digits, digits), MissedDigitsWarning, stacklevel=stacklevel)
 
 
-def missed(found: dict[str, float], digits: int) -> str:
+def miss_text(found: dict[str, float], digits: int) -> str:
     """Return what is farther off the closed form than the digits asked for allow, in words."""
     off = ", ".join(f"{name} {error:.1e}" for name, error in found.items())
     return f"{digits} digits were requested and are not met: off the closed form by {off}"
@@ -257,7 +257,7 @@ def missed(found: dict[str, float], digits: int) -> str:
 # --- a run and a closed form, in columns of the same numbers -------------------------------------
 
 
-def _apart(
+def _differences(
     trajectory: Trajectory, run: Columns, exact: Columns, names: Iterable[str]
 ) -> dict[str, Array]:
     """How far columns of a run are off at each time, of the quantities that it follows."""
@@ -274,10 +274,10 @@ def _lateness(trajectory: Trajectory, motion: ClosedForm) -> tuple[Array, Array]
     events, scene = trajectory.events, trajectory.motion
     turning, later = events.is_turning, 0 * events.t
     if events.own is not None:
-        few = some(len(events))
+        few = spread_places(len(events))
         turning, later = turning[few], later[few]
         at = trajectory.exact(motion, trajectory.numbers(events.own["t"][few]))
-    elif motion is trajectory.own.closed_form:
+    elif motion is trajectory.binary_motion.closed_form:
         at, later = trajectory.exact_events
     else:
         at = trajectory.exact(motion, events.t, events.t_low)
@@ -304,12 +304,12 @@ def _changes(trajectory: Trajectory) -> dict[str, float]:
     """How much the invariants change, by name; in more digits at the start and at few samples."""
     known = trajectory.orbit.parameters
     if trajectory.in_doubles:
-        return conserved(trajectory.invariants, known)
-    samples, number = trajectory.own_samples, trajectory.numbers
-    few = samples.at(np.append(0, some(samples.t.size)))
-    columns = {name: number(x) for name, x in trajectory.own_invariants(few).items()}
+        return invariant_drift(trajectory.invariants, known)
+    samples, number = trajectory.raw_samples, trajectory.numbers
+    few = samples.at(np.append(0, spread_places(samples.t.size)))
+    columns = {name: number(x) for name, x in trajectory.raw_invariants(few).items()}
     grain = trajectory.ctx.ldexp(1, GRAIN_BITS - trajectory.bits)
-    return conserved(columns, {name: number(x) for name, x in known.items()}, grain)
+    return invariant_drift(columns, {name: number(x) for name, x in known.items()}, grain)
 
 
 def _bound(trajectory: Trajectory) -> Any:
@@ -318,7 +318,7 @@ def _bound(trajectory: Trajectory) -> Any:
     return ten**-trajectory.scene.digits
 
 
-def _beyond(off: Mapping[str, Array], allowed: Mapping[str, Any]) -> dict[str, float]:
+def _exceeding(off: Mapping[str, Array], allowed: Mapping[str, Any]) -> dict[str, float]:
     """The largest errors of those quantities that are farther off than is allowed."""
     far = {name: each[~(each <= allowed[name])] for name, each in off.items()}
     return {name: _double(each.max()) for name, each in far.items() if each.size}

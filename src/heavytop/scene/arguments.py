@@ -20,8 +20,8 @@ from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from heavytop.errors import BadScene, Fault, Impossible, Refused, WrongType
 from heavytop.exact import Exact
-from heavytop.exact.parse import written
-from heavytop.text import LONGEST_NAME, article, cut, harmless, nearest
+from heavytop.exact.parse import text_of
+from heavytop.text import LONGEST_NAME, cut, nearest, printable, with_article
 
 T = TypeVar("T")
 Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused`
@@ -52,22 +52,22 @@ def _spelled(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str) and not isinstance(value, NumberText):
-        return f'"{harmless(value[:100])}"'
+        return f'"{printable(value[:100])}"'
     if isinstance(value, list | tuple):
         return f"[{', '.join(_spelled(item) for item in value[:20])}]"
     if isinstance(value, _SHOWN_KINDS):
-        return harmless(str(value))
+        return printable(str(value))
     return _spelled(os.fspath(value)) if isinstance(value, os.PathLike) else _a(type(value))
 
 
 def _a(kind: type) -> str:
     name = kind.__name__[:LONGEST_NAME]
-    return article({"str": "text", "dict": "table"}.get(name, name))
+    return with_article({"str": "text", "dict": "table"}.get(name, name))
 
 
 def short(x: Exact) -> str:
     """Return a number for a message, exactly where that is short, so that it can be copied."""
-    exact = written(x)
+    exact = text_of(x)
     return exact if x.fraction is not None and len(exact) <= 24 else f"{float(x):.17g}"
 
 
@@ -119,7 +119,7 @@ def read_argument(name: str, value: object, read: Reader) -> Any:
     return values[name]
 
 
-def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
+def integer(name: str, value: object, least: int, most: float = math.inf) -> int:
     """Return the whole number within bounds that an argument is."""
     return int(read_argument(name, value, Range(least, most, whole=True)))
 
@@ -128,7 +128,7 @@ def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
 
 
 @contextmanager
-def gathering(broken: Broken | None = None) -> Iterator[Callable[..., Any]]:
+def gather(broken: Broken | None = None) -> Iterator[Callable[..., Any]]:
     """Let functions refuse what they are given; all that is wrong is raised at the end, at once.
 
     >>> with gathering() as attempt:
@@ -337,7 +337,7 @@ def exact_numbers(
     return values
 
 
-def there(**values: object) -> dict[str, Any]:
+def drop_none(**values: object) -> dict[str, Any]:
     """Return the values that are not None, by their names."""
     return {name: value for name, value in values.items() if value is not None}
 

@@ -60,7 +60,7 @@ def read_units(names: str) -> Units:
 
 
 @contextmanager
-def showing(units: Units) -> Iterator[None]:
+def show_units(units: Units) -> Iterator[None]:
     """Let people see these units in place of those of SI."""
     token = UNITS_SHOWN.set(units)
     try:
@@ -365,7 +365,7 @@ def need_of(quantities: tuple[str, ...]) -> Need:
     return max(QUANTITIES[name].need for name in quantities)
 
 
-def judged(quantities: tuple[str, ...]) -> tuple[str, ...]:
+def judged_quantities(quantities: tuple[str, ...]) -> tuple[str, ...]:
     """The quantities whose errors must meet the digits, by those that are wanted.
 
     >>> judged(("attitude", "reaction"))

@@ -23,7 +23,7 @@ from heavytop.scene.scene_file import (
 )
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-from heavytop.text import Shown, closest, cut, harmless, nearest
+from heavytop.text import Shown, closest, cut, nearest, printable
 
 MAX_BYTES: Final = 1_000_000
 CHANGES_SOURCE: Final = "--set"
@@ -108,7 +108,7 @@ class Scene(Shown):
         name: str = "scene",
     ) -> None:
         given = locals()
-        spans = arguments.there(time=time, periods=periods)
+        spans = arguments.drop_none(time=time, periods=periods)
         others = {key: given[key] for key in _ARGUMENTS}
         values, faults = arguments.parse_options("Scene", others, _ARGUMENTS)
         try:
@@ -141,15 +141,15 @@ class Scene(Shown):
             "format": FORMAT,
             "title": self.title,
             "source": self.source,
-            "top": arguments.there(**top),
+            "top": arguments.drop_none(**top),
             "start": dict(self.start.given),
-            "span": arguments.there(time=self.time, periods=self.periods),
+            "span": arguments.drop_none(time=self.time, periods=self.periods),
             "want": {key: getattr(self, key) for key in TABLES["want"]},
         }
 
     def to_toml(self) -> str:
         """The text of a scene file that `read_scene` reads back to an equal scene."""
-        return scene_file.written(self.tables())
+        return scene_file.toml_text(self.tables())
 
     def document(self) -> dict[str, Any]:
         """The scene for JSON: numbers where 15 digits say them exactly, else their exact text."""
@@ -286,7 +286,7 @@ def scene_of(document: Mapping[str, Any]) -> Scene:
     True
     """
     tables = {name: document[name] for name in ("title", "source", "top", "start")}
-    text = scene_file.written({"format": FORMAT, **tables, "span": {"periods": 1}})
+    text = scene_file.toml_text({"format": FORMAT, **tables, "span": {"periods": 1}})
     return read_scene(text, where=document["name"])
 
 
@@ -366,7 +366,7 @@ def apply_changes(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[F
             _displace(of_motion, last, f"{key} = {text}")
     title = raw.get("title")
     if of_motion and "title" not in changed and type(title) is str and len(title) <= MAX_TITLE:
-        raw["title"] = cut(harmless(f"{title}; with {', '.join(of_motion.values())}"), MAX_TITLE)
+        raw["title"] = cut(printable(f"{title}; with {', '.join(of_motion.values())}"), MAX_TITLE)
     return changed, wrong
 
 

@@ -192,7 +192,7 @@ def _hint_at_table(fault: Fault) -> Fault:
 # --- TOML and JSON out -----------------------------------------------------------------------
 
 
-def written(tables: Mapping[str, object]) -> str:
+def toml_text(tables: Mapping[str, object]) -> str:
     """Return the TOML text of a scene: numbers, texts, lists and tables of those."""
     lines = []
     for name, value in tables.items():

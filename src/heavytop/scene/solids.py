@@ -183,7 +183,7 @@ def sphere(*, radius: Number, centre: Number, **given: Number) -> Solid:
     return solid("sphere", radius=radius, centre=centre, **given)
 
 
-def whole(parts: Iterable[Solid]) -> Solid:
+def combine(parts: Iterable[Solid]) -> Solid:
     """The body made of `parts`: masses and moments about the pivot add up.
 
     Where one part goes through another, say so with a `ring`: they are added as they are.

@@ -43,10 +43,10 @@ def read_start(given: Mapping[str, object], top: Top | None) -> dict[str, Any]:
         No motion has what is given, or it is not that of a way.
     """
     way = _way_of(given)
-    given = exact_numbers(ImpossibleStart, way, _completed(way, given), START_READERS)
+    given = exact_numbers(ImpossibleStart, way, _complete(way, given), START_READERS)
     if way not in (ANGLE_RATES, OMEGA) and not isinstance(top, Top):
         raise ImpossibleStart([(WITHOUT_TOP, "a Top, from which this start follows")])
-    values, notice = _folded(given)
+    values, notice = _fold(given)
     if {*_PLACED} & given.keys():
         values = {**values, **_attitude(values)}
     found = {**dict.fromkeys(_FIELDS, ZERO), **values, **way.make(values, top)}
@@ -63,7 +63,7 @@ def _way_of(given: Values) -> Way:
     return OMEGA if {"omega_body", "omega_space"} & given.keys() else ANGLE_RATES
 
 
-def _completed(way: Way, given: Values) -> Values:
+def _complete(way: Way, given: Values) -> Values:
     """A start with what is left out and is 0: rates, and θ̇ where no energy gives it."""
     if way is ANGLE_RATES:
         names = ("thetadot", "phidot") if {*_PLACED} & given.keys() else _FIELDS
@@ -73,7 +73,7 @@ def _completed(way: Way, given: Values) -> Values:
     return {"thetadot": ZERO, **given} if still else given
 
 
-def _folded(given: Values) -> tuple[Values, str]:
+def _fold(given: Values) -> tuple[Values, str]:
     """The same start with θ in [0, π], and what is said of that."""
     theta = given.get("theta", ZERO)
     q = theta.fraction

@@ -14,7 +14,7 @@ from typing import Any, Literal, Self, TypeAlias, TypedDict, Unpack
 from heavytop.errors import FoldedTiltWarning
 from heavytop.exact import Exact, Number, cos
 from heavytop.scene import starts
-from heavytop.scene.arguments import as_call, set_fields, there
+from heavytop.scene.arguments import as_call, drop_none, set_fields
 from heavytop.scene.top import Top
 from heavytop.text import Shown
 
@@ -107,9 +107,9 @@ class State(Shown):
         omega_body: Any = None,
         omega_space: Any = None,
     ) -> None:
-        rates = there(thetadot=thetadot, phidot=phidot, psidot=psidot, omega3=omega3)
-        turning = there(omega_body=omega_body, omega_space=omega_space)
-        self._read({"theta": theta} | there(phi=phi, psi=psi) | rates | turning, None)
+        rates = drop_none(thetadot=thetadot, phidot=phidot, psidot=psidot, omega3=omega3)
+        turning = drop_none(omega_body=omega_body, omega_space=omega_space)
+        self._read({"theta": theta} | drop_none(phi=phi, psi=psi) | rates | turning, None)
 
     @classmethod
     def of(cls, given: Mapping[str, object], top: Top | None = None) -> Self:
@@ -295,8 +295,8 @@ class State(Shown):
         >>> print(start.thetadot, start.phidot)
         2 1
         """
-        constants = there(E=E, E_prime=E_prime, p_phi=p_phi, p_psi=p_psi, omega3=omega3)
-        rest = there(theta=theta, thetadot=thetadot, branch=branch, phi=phi, psi=psi)
+        constants = drop_none(E=E, E_prime=E_prime, p_phi=p_phi, p_psi=p_psi, omega3=omega3)
+        rest = drop_none(theta=theta, thetadot=thetadot, branch=branch, phi=phi, psi=psi)
         return cls.of(constants | rest, top)
 
     @classmethod
@@ -346,6 +346,6 @@ class State(Shown):
         >>> print(State.steady(top, "pi/3", phidot=10).omega3)
         140.6
         """
-        spin = there(omega3=omega3, psidot=psidot, phidot=phidot)
+        spin = drop_none(omega3=omega3, psidot=psidot, phidot=phidot)
         steady = True if phidot is not None else which
         return cls.of({"steady": steady, "theta": theta, **spin, "phi": phi, "psi": psi}, top)

@@ -15,9 +15,9 @@ from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.exact import Exact, Number
 from heavytop.exact.number import ZERO
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Numbers, Reader, Way, exact_numbers, short, there
+from heavytop.scene.arguments import Numbers, Reader, Way, drop_none, exact_numbers, short
 from heavytop.scene.quantities import QUANTITY_READERS
-from heavytop.scene.solids import Solid, read_solids, whole
+from heavytop.scene.solids import Solid, combine, read_solids
 from heavytop.text import Shown
 
 
@@ -82,7 +82,7 @@ class Top(Shown):
         mass: Number | None = None,
         distance: Number | None = None,
     ) -> None:
-        self._read({"A": A, "C": C, "gMR": gMR} | there(mass=mass, distance=distance))
+        self._read({"A": A, "C": C, "gMR": gMR} | drop_none(mass=mass, distance=distance))
 
     @classmethod
     def of(cls, given: Mapping[str, object], warn: bool = True) -> Top:
@@ -229,7 +229,7 @@ class Top(Shown):
         15.234375 0.46875 147.15
         """
         given = {"mass": mass, "distance": distance, "gravity": gravity}
-        return cls.of(given | there(A_cm=A_cm, C_cm=C_cm, A=A, C=C))
+        return cls.of(given | drop_none(A_cm=A_cm, C_cm=C_cm, A=A, C=C))
 
     @classmethod
     def from_solids(cls, parts: Iterable[Solid], gravity: Number) -> Top:
@@ -278,7 +278,7 @@ def _of_parts(values: Numbers) -> dict[str, Exact]:
 
 
 def _of_solids(values: Mapping[str, Any]) -> dict[str, Exact]:
-    body = whole(values["solids"])
+    body = combine(values["solids"])
     known = {"gravity": values["gravity"], "mass": body.mass, "distance": body.centre}
     return _of_parts({**known, "A": body.A, "C": body.C})
 

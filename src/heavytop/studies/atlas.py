@@ -80,23 +80,23 @@ def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[C
     """Compute a tile at once."""
     began, plane = time.perf_counter(), _plane(parameters)
     tile = plane.tiles(parameters["tile"])[task]
-    columns = _computed(plane.tops(tile), parameters["what"])
+    columns = _compute(plane.tops(tile), parameters["what"])
     file = BytesIO()  # compressed where that is worth its time
     (np.savez if "period" in columns else np.savez_compressed)(file, **columns)  # type: ignore[arg-type]
     row = {"tile": b64encode(file.getvalue()).decode()}
     yield Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
 
 
-def _computed(tops: dict[str, Any], what: str) -> Pixels:
+def _compute(tops: dict[str, Any], what: str) -> Pixels:
     """The columns of a tile."""
     shape = np.broadcast_shapes(*map(np.shape, tops.values()))
     bottom = np.broadcast_to(np.equal(tops["theta"], np.pi), shape)
-    seen = _mirrored(tops, bottom) if bottom.any() else tops
+    seen = _mirror(tops, bottom) if bottom.any() else tops
     rows = None if what == "kind" else motions_many(**seen, tags=True)
     verdicts = classify_many(**seen) if rows is None else rows.verdicts
     columns = {n: getattr(rows if n in Motions.columns else verdicts, n) for n in SETS[what]}
     if bottom.any():
-        columns = _restored(columns, tops, bottom)
+        columns = _restore(columns, tops, bottom)
     return {name: each.astype(PIXEL_TYPES[name]) for name, each in columns.items()}
 
 
@@ -107,13 +107,13 @@ def _computed(tops: dict[str, Any], what: str) -> Pixels:
 _TURNED: Final = ("gMR", "thetadot", "psidot", "omega3")
 
 
-def _mirrored(tops: Mapping[str, Any], bottom: Mask) -> dict[str, Any]:
+def _mirror(tops: Mapping[str, Any], bottom: Mask) -> dict[str, Any]:
     """The tops, those at the bottom as they are seen from below."""
     turned = {name: np.where(bottom, -tops[name], tops[name]) for name in _TURNED if name in tops}
     return {**tops, **turned, "theta": np.where(bottom, 0.0, tops["theta"])}
 
 
-def _restored(columns: Pixels, tops: Mapping[str, Any], bottom: Mask) -> Pixels:
+def _restore(columns: Pixels, tops: Mapping[str, Any], bottom: Mask) -> Pixels:
     """The columns of mirrored tops, as they are seen from above."""
     found, kind = dict(columns), columns["kind"]
     swapped = np.arange(len(VERDICT_NAMES), dtype=np.uint8)
@@ -268,7 +268,7 @@ def atlas(
     """
     check_how(progress, executor)
     expect_scene(scene)
-    given = {"x": x, "y": y} | arguments.there(only=only, jobs=jobs)
+    given = {"x": x, "y": y} | arguments.drop_none(only=only, jobs=jobs)
     values, faults = arguments.parse_options(scene.name, given, _OPTIONS)
     if not faults:
         what = "kind" if only else "rows"

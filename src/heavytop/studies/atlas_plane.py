@@ -121,7 +121,7 @@ class Axis:
             values = self.at(np.arange(self.count) / (self.count - 1))
             values[0], values[-1] = float(self.low), float(self.high)
             return values
-        return np.fromiter(evenly(self.low, self.high, self.count), np.float64, self.count)
+        return np.fromiter(even_values(self.low, self.high, self.count), np.float64, self.count)
 
     def at(self, share: Array) -> Array:
         """The values at a share of the way from the low end to the high one."""
@@ -131,7 +131,7 @@ class Axis:
         return np.asarray(low * (1 - share) + high * share)
 
 
-def evenly(low: Exact, high: Exact, count: int) -> Iterator[float]:
+def even_values(low: Exact, high: Exact, count: int) -> Iterator[float]:
     """Numbers from one to another, as many as are asked for, each the double nearest the exact one.
 
     >>> [*evenly(Exact.of("0"), Exact.of("0.3"), 4)]
@@ -347,10 +347,10 @@ def _zeros(plane: Plane, name: str, terms: Terms) -> Iterator[Array]:
         return
     value = np.ma.masked_invalid(np.where(terms.possible, terms.value, np.nan))
     for line in contour_generator(z=value).lines(0.0):
-        yield _sharp(plane, name, np.asarray(line).T)
+        yield _sharpen(plane, name, np.asarray(line).T)
 
 
-def _sharp(plane: Plane, name: str, places: Array) -> Array:
+def _sharpen(plane: Plane, name: str, places: Array) -> Array:
     """Places on edges of the mesh, moved along them to where the sign changes."""
     off_x, off_y = abs(places - np.rint(places))
     along = np.stack((off_y <= off_x, off_y > off_x))

@@ -150,13 +150,14 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
         raise WrongType("run: a Trajectory or a Scene; heavytop.propagate gives one")
     if reason := why_not(trajectory):
         raise NotCertified(reason)
-    own, orbit = binary_run(trajectory, trajectory.own.closed_form.period), trajectory.orbit
+    orbit, exact = trajectory.orbit, trajectory.binary_motion.closed_form
+    own = binary_run(trajectory, exact.period)
     width = len(own.start)
     seen, kept = orbit.at(orbit.samples.t).states, orbit.samples.states
     if not np.array_equal(seen[:, :width], kept[:, :width], equal_nan=True):
         raise ForeignFile(f"{trajectory.scene.name}: integrated again, its samples are others")
     run = asdict(own)
-    own, flow = _prepared(json.dumps(run, sort_keys=True))
+    own, flow = _prepare(json.dumps(run, sort_keys=True))
     if orbit.steps == 0 and not flow.rests:
         raise NotCertified("the run took no step, though the axis moves")
     legs = orbit.checkpoints[:: math.ceil(len(orbit.checkpoints) / RUN_PARTS)]
@@ -205,11 +206,11 @@ def _rounding(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, f
         phi = UNIT * flow.largest_angle + rest
         uniform = rest + 4 * UNIT * abs(own.constants["kappa"] * own.end)
         known = {"phi": phi, "psi": phi + uniform}
-        rounding |= {name: known[name] for name in _followed(trajectory)}
+        rounding |= {name: known[name] for name in _followed_angles(trajectory)}
     return rounding
 
 
-def _followed(trajectory: Trajectory) -> list[str]:
+def _followed_angles(trajectory: Trajectory) -> list[str]:
     """Return the angles with turns that a run has, as far as there are bounds of them."""
     names = CERTIFIED[trajectory.plan.formulation].angles
     return [name for name in names if getattr(trajectory, name) is not None]
@@ -231,7 +232,7 @@ def _start_errors(trajectory: Trajectory, own: BinaryRun) -> dict[str, float]:
 
 def _turns(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, bool]:
     """Return which angles have the turns of the exact motion, at all samples of a run."""
-    seen, turns = trajectory.samples, dict.fromkeys(_followed(trajectory), False)
+    seen, turns = trajectory.samples, dict.fromkeys(_followed_angles(trajectory), False)
     with suppress(TooCoarse):
         near = flow.angles_near(seen.t * own.integrator.pace)
         for name in turns:
@@ -267,7 +268,7 @@ def _floor(
     found: dict[str, float] = {}
     for point in (points[-1], *some):
         steps, _ = own.steps(point, min(point.block_steps, orbit.steps - point.steps))
-        with _known_well():
+        with _expect_accurate():
             here, _ = bound(flow, steps, {}, exact, deepest=0)
         found |= {name: max(x, found.get(name, 0.0)) for name, x in here.items()}
     return found
@@ -284,7 +285,7 @@ def tasks(parameters: Parameters) -> list[str]:
 def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
     """Yield some blocks of a part of the run at a time; the last chunk has what was found."""
     place, legs = int(task.rpartition("/")[2]), parameters["legs"]
-    own, flow = _prepared(json.dumps(parameters["run"], sort_keys=True))
+    own, flow = _prepare(json.dumps(parameters["run"], sort_keys=True))
     begun, after = legs[place]["steps"], legs[place + 1] if place + 1 < len(legs) else None
     last = after["steps"] if after else parameters["steps"]
     found = checkpoint or {"at": legs[place], "found": {}, "proved": {}}
@@ -297,7 +298,7 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
                 break
             before = point
             steps, point = own.steps(point, min(point.block_steps, last - point.steps))
-            with _known_well():
+            with _expect_accurate():
                 here = bound(flow, steps, parameters["floor"], parameters["rounding"])
             for name, values in zip(("found", "proved"), here, strict=True):
                 found[name] = {n: _largest([x, found[name].get(n, 0.0)]) for n, x in values.items()}
@@ -332,15 +333,15 @@ def _largest(values: Sequence[float | None]) -> float | None:
 
 
 @lru_cache(maxsize=2)
-def _prepared(key: str) -> tuple[BinaryRun, Flow]:
+def _prepare(key: str) -> tuple[BinaryRun, Flow]:
     """Return a run, and the exact motion of its numbers."""
     own = BinaryRun(**json.loads(key))
-    with _known_well():
+    with _expect_accurate():
         return own, own.flow()
 
 
 @contextmanager
-def _known_well() -> Iterator[None]:
+def _expect_accurate() -> Iterator[None]:
     """Refuse a run whose exact motion turns out to be not known well enough."""
     try:
         yield

@@ -19,7 +19,7 @@ from typing import Any, Final
 import numpy as np
 
 from heavytop.checking.method import LOST_PHASE
-from heavytop.comparison import own
+from heavytop.comparison import user
 from heavytop.comparison.methods import MethodEntry
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.errors import MissingPackage
@@ -31,7 +31,7 @@ from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.journal import Chunk, Journal, Parameters
-from heavytop.studies.methods import auto_digits, method, parameters_of, plan_auto, read_asked
+from heavytop.studies.methods import auto_digits, method, parameters_of, plan_auto, read_options
 from heavytop.studies.steppers import MethodRun, measured_order, set_up
 from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, check_how
@@ -61,7 +61,7 @@ VARIED: Final = (*ANGLES, *RATES, "omega3")
 def drift(
     scene: Scene,
     *,
-    methods: Sequence[str | own.Method | Callable[..., Any]] = DEFAULT,
+    methods: Sequence[str | user.Method | Callable[..., Any]] = DEFAULT,
     periods: float = 10_000,
     ensemble: int = 1,
     samples: int = 25,
@@ -142,7 +142,7 @@ def drift(
     options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
     if jobs > 1 or executor is not None:
-        own.expect_anywhere(parameters["methods"])
+        user.expect_anywhere(parameters["methods"])
     with Journal.open(folder, parameters) as journal:
         return complete(journal, jobs=jobs, executor=executor, on_progress=progress)
 
@@ -159,13 +159,13 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
     def checked(text: str) -> str:
         return text if auto_digits(text) else method(text).text
 
-    names, values = read_asked(scene, methods, options, DRIFT_OPTIONS, checked)
+    names, values = read_options(scene, methods, options, DRIFT_OPTIONS, checked)
     jobs, n = values.pop("jobs"), values["periods"]
-    names = [_planned(name, scene, n) if auto_digits(name) else name for name in names]
+    names = [_plan_of_auto(name, scene, n) if auto_digits(name) else name for name in names]
     return parameters_of("drift", names, scene=scene.problem(), **values), jobs
 
 
-def _planned(text: str, scene: Scene, periods: float) -> str:
+def _plan_of_auto(text: str, scene: Scene, periods: float) -> str:
     """Return the method that auto stands for in a run of so many periods."""
     found = plan_auto(text, scene, periods)
     return found.text if found.bits == DOUBLE else f"taylor-{found.formulation}-mpfr"
@@ -185,7 +185,7 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     handed over, which stays where it is.
     """
     text, asked = task.rpartition("/")[0], (parameters, task, checkpoint)
-    if (mine := own.origins([text])) and not text.startswith(own.HANDED_OVER):
+    if (mine := user.origins([text])) and not text.startswith(user.HANDED_OVER):
         limits = chain([SET_UP_S], repeat(LIMIT_S))
         chunks = TIMED_WORKER.stages(_chunks, *asked, mine, limits=limits)
     else:
@@ -195,15 +195,15 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
 
 
 def _chunks(
-    parameters: Parameters, task: str, checkpoint: Any, mine: own.Origins = ()
+    parameters: Parameters, task: str, checkpoint: Any, mine: user.Origins = ()
 ) -> Iterator[Chunk]:
     """Yield the chunks of a run in this process; first an empty one, once it is set up."""
-    own.load(mine)
+    user.load(mine)
     text, _, number = task.rpartition("/")
     scene, chosen = scene_of(parameters["scene"]), method(text)
     start = perturbed_start(scene.start, parameters["seed"], int(number))
     found = set_up(Scene(scene.top, start, periods=1, name=scene.name), chosen)
-    periods = watched(_error_times(parameters, chosen))
+    periods = insert_times(_error_times(parameters, chosen))
     times = [found.stepper.output_time(n * found.period) for n in periods]
     if checkpoint is None:
         order: float | None = chosen.published_order
@@ -297,7 +297,7 @@ def sample_times(periods: float, samples: int) -> tuple[float, ...]:
     return tuple(float(n - 1 + SAMPLE_PHASE) for n in whole)
 
 
-def watched(times: Sequence[float]) -> list[float]:
+def insert_times(times: Sequence[float]) -> list[float]:
     """Return times of `sample_times` with others in between, lest a phase be lost unseen.
 
     From one to the next a phase that grows as t² does not reach half a period, where it looks
@@ -341,7 +341,7 @@ def _method(journal: Journal, text: str) -> dict[str, Any]:
     times = {*_error_times(journal.parameters, chosen)}
     runs = [_columns(journal.rows(task), times) for task in tasks[: len(known)]]
     members = [_series(x) | {"steps": n} for x, n in zip(runs, steps, strict=True)]
-    every = _series(_over(runs) if known else _columns(()))
+    every = _series(_rms_over_runs(runs) if known else _columns(()))
     signs = members[0] if known else every
     grows = {name: growth(every["periods"], every[c], signs[c]) for name, c in GROWING.items()}
     about = {"name": chosen.text, "formulation": chosen.states, "language": chosen.language}
@@ -373,7 +373,7 @@ def _columns(rows: Sequence[Mapping[str, Any]], times: Container[float] = ()) ->
     return {name: tuple(row.get(name) for row in flat) for name in names}
 
 
-def _over(members: Sequence[Series]) -> Series:
+def _rms_over_runs(members: Sequence[Series]) -> Series:
     """Root mean squares over all runs, at the times that all of them reached."""
     shortest = min(members, key=lambda columns: len(columns["periods"]))
     found, root = dict(shortest), math.sqrt(len(members))

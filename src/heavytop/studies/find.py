@@ -32,7 +32,7 @@ from heavytop.scene.quantities import QUANTITY_READERS, UNIT_OF, Quantity, quant
 from heavytop.scene.scene import Scene, expect_scene
 from heavytop.scene.scene_file import TABLES
 from heavytop.scene.state import State
-from heavytop.studies.atlas_plane import evenly
+from heavytop.studies.atlas_plane import even_values
 from heavytop.text import nearest
 
 MOST_POINTS: Final = 1_000_000  # of a range
@@ -275,7 +275,7 @@ def _find_zeros(motion_at: MotionAt, points: Sequence[float], kind: str) -> Iter
         moving = [each for each in distances if any(each(x) for x in points)]
         for low, high in _brackets(moving[0], _with_nearest(moving[0], points)) if moving else ():
             positive = all(math.prod(each(x) for each in factors) > 0 for x in (low, high))
-            others = any(_alike(each, low, high) for each in moving[1:])
+            others = any(_same_side(each, low, high) for each in moving[1:])
             met = [x for x in (low, _middle(low, high), high) if moving[0](x) == 0]
             so = any(kind_of(motion_at(x)) == kind for x in met)
             if not met:  # LOOPING is 0 too where waves only touch it
@@ -299,7 +299,7 @@ def _criterion(motion_at: MotionAt, number: Criterion, x: float) -> float:
         return math.nan if side is None else side * (abs(float(number.value(signs.balls))) or 1.0)
 
 
-def _alike(distance: Distance, a: float, b: float) -> bool:
+def _same_side(distance: Distance, a: float, b: float) -> bool:
     """Whether both are on one side of what is asked for."""
     one, other = distance(a), distance(b)
     return (one > 0 and other > 0) or (one < 0 and other < 0)
@@ -315,19 +315,19 @@ def _brackets(distance: Distance, points: Sequence[float]) -> Iterator[Bracket]:
             zeros.append(x)
             continue
         if zeros:
-            low = zeros[0] if before is None else _halved(distance, before, zeros[0])[0]
-            yield low, zeros[-1] if math.isnan(off) else _halved(distance, x, zeros[-1])[0]
-        elif not math.isnan(off) and before is not None and not _alike(distance, before, x):
-            low, high = _halved(distance, before, x)
+            low = zeros[0] if before is None else _bisect(distance, before, zeros[0])[0]
+            yield low, zeros[-1] if math.isnan(off) else _bisect(distance, x, zeros[-1])[0]
+        elif not math.isnan(off) and before is not None and not _same_side(distance, before, x):
+            low, high = _bisect(distance, before, x)
             if not math.isnan(end := distance(high)):
-                yield low, high if end else _halved(distance, x, high)[0]
+                yield low, high if end else _bisect(distance, x, high)[0]
         before, zeros = None if math.isnan(off) else x, []
 
 
-def _halved(distance: Distance, a: float, b: float) -> Bracket:
+def _bisect(distance: Distance, a: float, b: float) -> Bracket:
     """The last double on the side of a, and the next one towards b."""
     while (middle := a + (b - a) / 2) not in (a, b):
-        a, b = (middle, b) if _alike(distance, a, middle) else (a, middle)
+        a, b = (middle, b) if _same_side(distance, a, middle) else (a, middle)
     return a, b
 
 
@@ -335,7 +335,7 @@ def _with_nearest(distance: Distance, points: Sequence[float]) -> list[float]:
     """The points, and others between them where a distance that keeps its side is least."""
     more = []
     for triple in zip(points, points[1:], points[2:], strict=False):
-        alike = _alike(distance, *triple[:2]) and _alike(distance, *triple[1:])
+        alike = _same_side(distance, *triple[:2]) and _same_side(distance, *triple[1:])
         sizes = [abs(distance(x)) for x in triple]
         if alike and sizes[1] <= min(sizes) < max(sizes):
             more.append(_nearest(distance, triple[0], triple[2]))
@@ -348,7 +348,7 @@ def _nearest(distance: Distance, a: float, b: float) -> float:
     for _ in range(_THIRDS):
         x, y = a + (b - a) / 3, b - (b - a) / 3
         for other in (x, y):
-            if not _alike(distance, first, other):
+            if not _same_side(distance, first, other):
                 return other
         a, b = (a, y) if abs(distance(x)) < abs(distance(y)) else (x, b)
     return a
@@ -385,7 +385,7 @@ def _read_samples(text: Any) -> tuple[str, list[float]]:
     """The key of a range, and points of it: N, or as many as serve."""
     key, first, last, count = read_range(text)
     low, high = float(first), float(last)
-    points = {*evenly(first, last, count or SAMPLES + 1), high}
+    points = {*even_values(first, last, count or SAMPLES + 1), high}
     if low * high > 0 and not count:
         points |= {low * (high / low) ** (k / SAMPLES) for k in range(SAMPLES)}
     return key, sorted(x for x in points if low <= x <= high)

@@ -18,7 +18,7 @@ from typing import IO, Any, Final, NamedTuple, Self
 
 from heavytop import errors
 from heavytop.errors import ForeignFile
-from heavytop.files import digest, locked
+from heavytop.files import digest, lock
 from heavytop.results.base import typed
 from heavytop.scene.arguments import path_of
 
@@ -103,7 +103,7 @@ class Journal:
             It is not the folder of a study, or damaged.
         """
         place = Path(folder)
-        if not (about := begun_with(place)):
+        if not (about := first_line(place)):
             raise ForeignFile(f"{place}: there is neither a study nor a run")
         journal = cls(about["parameters"], place)
         with (place / STUDY).open("rb") as file:
@@ -146,13 +146,13 @@ class Journal:
         if path.exists() and not path.is_dir():
             raise ForeignFile(f"{path}: not a folder")
         there = {each.name for each in path.glob("*")} - {STUDY, LOCK}
-        others, begun = sorted(there.intersection(files or there)), begun_with(path)
+        others, begun = sorted(there.intersection(files or there)), first_line(path)
         if others and not begun:
             names = ", ".join(others[:3])
             raise ForeignFile(f"{path}: not empty and not the folder of a study ({names})")
         path.mkdir(parents=True, exist_ok=True)
-        with locked(path / LOCK), (path / STUDY).open("ab", buffering=0) as file:
-            if not begun_with(path):
+        with lock(path / LOCK), (path / STUDY).open("ab", buffering=0) as file:
+            if not first_line(path):
                 file.truncate(0)
                 _write_line(file, {"command": typed(), "parameters": parameters, **about})
             journal = cls.read(path)
@@ -217,7 +217,7 @@ class Journal:
         record.places.append(place)
 
 
-def begun_with(folder: Path) -> dict[str, Any]:
+def first_line(folder: Path) -> dict[str, Any]:
     """The first line of a folder, its command and its parameters; empty where none is whole.
 
     Raises
@@ -278,7 +278,7 @@ def differences(there: Any, here: Any, name: str = "") -> tuple[str, ...]:
     return () if a == b else (f"{name}: {a:.80} there, {b:.80} here",)
 
 
-def sealed(text: bytes) -> bytes:
+def seal(text: bytes) -> bytes:
     """The line of a JSON object, the digest of what was there put first."""
     return DIGEST % digest(text) + text[1:] + b"\n"
 
@@ -291,7 +291,7 @@ def read_line(line: bytes) -> dict[str, Any]:
     ForeignFile
     """
     text = b"{" + line[len(DIGEST % digest(b"")) : -1]
-    if line != sealed(text):
+    if line != seal(text):
         raise ForeignFile("damaged, its digest is of something else")
     found: dict[str, Any] = json.loads(text)
     return found
@@ -299,7 +299,7 @@ def read_line(line: bytes) -> dict[str, Any]:
 
 def _write_line(file: IO[bytes], document: dict[str, Any]) -> int:
     """Append a line and wait until it is on the disk; return its place."""
-    place, rest = file.seek(0, os.SEEK_END), sealed(canonical_json(document).encode())
+    place, rest = file.seek(0, os.SEEK_END), seal(canonical_json(document).encode())
     try:
         while rest:  # without a buffer, which would be tried again when a full disk is closed
             rest = rest[file.write(rest) :]

@@ -9,7 +9,7 @@ from itertools import product
 from typing import Any, Final, TypeVar
 
 from heavytop.comparison import methods as comparison
-from heavytop.comparison import own
+from heavytop.comparison import user
 from heavytop.comparison.adaptive import scipy_stepper
 from heavytop.comparison.methods import BY_TOLERANCE, DECADES, METHODS, MethodEntry, entry
 from heavytop.doctor import versions
@@ -73,7 +73,7 @@ def method(text: str) -> MethodEntry:
     return replace(found, setting=value)
 
 
-def _only(x: float) -> dict[str, Any]:
+def _single_setting(x: float) -> dict[str, Any]:
     """What a method with one setting alone is."""
     return dict.fromkeys(("default", "setting", "least", "most"), x) | {"grid": (x,)}
 
@@ -81,8 +81,8 @@ def _only(x: float) -> dict[str, Any]:
 VARIANTS: Final[Mapping[str, dict[str, Any]]] = {
     "": {},
     "-projected": {"projected": True},
-    "-compensated": _only(BROUWER),
-    "-mpfr": _only(2.0 ** (1 - MPFR_BITS)) | {"bits": MPFR_BITS},
+    "-compensated": _single_setting(BROUWER),
+    "-mpfr": _single_setting(2.0 ** (1 - MPFR_BITS)) | {"bits": MPFR_BITS},
 }
 """Of the Taylor integrator, by the end of the name."""
 
@@ -156,7 +156,7 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]
     return tuple(replace(found, setting=float(x)) for x in grid) or (found,)
 
 
-def expected(text: str) -> str:
+def expect_method(text: str) -> str:
     """Return a text that names a method, or auto with digits or without; refuse any other."""
     if not auto_digits(text):
         method(text)
@@ -175,17 +175,17 @@ def read_methods(file: str, methods: Any, read: Callable[[str], T]) -> tuple[lis
 
     def found(each: Any) -> T:
         try:
-            name = own.register(each)
+            name = user.register(each)
         except Impossible as wrong:
             raise Refused("; ".join(fault.rule for fault in wrong.faults)) from None
         if given.setdefault(name, each) != each:
             raise Refused(f'{name}: another method has this name: give one Method(…, name="…")')
         return read(name)
 
-    return parse_names(file, "methods", methods, found, (str, own.Method, Callable))
+    return parse_names(file, "methods", methods, found, (str, user.Method, Callable))
 
 
-def read_asked(
+def read_options(
     scene: Scene, methods: Any, options: Mapping[str, object], readers: Mapping[str, Reader],
     read: Callable[[str], str],
 ) -> tuple[list[str], dict[str, Any]]:  # fmt: skip
@@ -217,7 +217,7 @@ def parameters_of(kind: str, names: Iterable[str], **asked: Any) -> Parameters:
     """Return what is asked of a study of methods, as JSON."""
     methods = [*dict.fromkeys(names)]
     about = {"kind": kind, "methods": methods, "versions": versions()}
-    return {**about, **asked, **own.as_parameters(methods)}
+    return {**about, **asked, **user.as_parameters(methods)}
 
 
 # --- what is put under stress ----------------------------------------------------------------

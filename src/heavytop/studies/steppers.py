@@ -20,7 +20,6 @@ import numpy as np
 
 from heavytop.analytic.motion import ClosedForm
 from heavytop.comparison.methods import MethodEntry, make_stepper
-from heavytop.comparison.own_steps import OBSERVED, BodyForm
 from heavytop.comparison.steppers import (
     InitialValueProblem,
     IntegrationFailed,
@@ -28,14 +27,15 @@ from heavytop.comparison.steppers import (
     StepperState,
     TopConstants,
 )
-from heavytop.equations.formulation import Formulation, observed
+from heavytop.comparison.user_steps import OBSERVED, BodyForm
+from heavytop.equations.formulation import Formulation, observables
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.decimals import DOUBLE, Context, context, digits_of, named, precision
 from heavytop.exact.pairs import EPSILON, Array, DoubleDouble
 from heavytop.integration.engine import NEVER, text
 from heavytop.integration.orbit import Block, Checkpoint, Integrator
 from heavytop.results.drift import order_of
-from heavytop.run.own_motion import binary_start, integrator_of, motion_of
+from heavytop.run.binary_motion import binary_start, integrator_of, motion_of
 from heavytop.run.plan import Plan
 from heavytop.run.planning import plan
 from heavytop.scene.scene import Scene
@@ -115,7 +115,7 @@ def measured_order(scene: Scene, method: MethodEntry) -> float | None:
     errors = {}
     for steps in ORDER_STEPS:
         with suppress(IntegrationFailed, HeavyTopError):
-            [off], _, _ = go(set_up(scene, replace(method, setting=steps)), [ORDER_PERIODS])
+            [off], _, _ = advance(set_up(scene, replace(method, setting=steps)), [ORDER_PERIODS])
             errors[steps] = off.axis or abs(off.theta)
     return order_of(errors)
 
@@ -124,7 +124,7 @@ class TooSlow(IntegrationFailed):
     """A run that was stopped between two blocks."""
 
 
-def go(
+def advance(
     run: MethodRun, periods: Sequence[float], limit: float = math.inf
 ) -> tuple[list[StateError], StepperState, float]:
     """Take a run to the last of some times: its errors at all, the last block's end, seconds."""
@@ -242,7 +242,7 @@ class StateError(NamedTuple):
     axis: float | None
 
 
-def ahead(du: Any, dudot: Any, exact: Any, frequency: Any) -> Any:
+def time_shift(du: Any, dudot: Any, exact: Any, frequency: Any) -> Any:
     """Return the shift in time that explains du and dudot best, in the units of the orbit [s]."""
     weight = exact.udot**2 + (exact.uddot / frequency) ** 2
     return (du * exact.udot + dudot * exact.uddot / frequency**2) / weight
@@ -282,7 +282,7 @@ class ReferenceSolution:
         size["energy"] = max(abs(first["energy"]), abs(self.exact.reduced.g)) or 1
         off = {name: float((x - first[name]) / size[name]) for name, x in values.items()}
         frequency = 2 * self.ctx.pi / self.exact.mpf("period", self.ctx.dps)
-        phase = float(ahead(u - exact.u, udot - exact.udot, exact, frequency))
+        phase = float(time_shift(u - exact.u, udot - exact.udot, exact, frequency))
         apart = [x - y for x, y in zip(axis, exact.axis if axis else (), strict=True)]
         far = float(self.ctx.norm(apart)) if axis else None
         tilt = self.ctx.acos(min(max(u, -self.ctx.one), self.ctx.one)) - exact.theta
@@ -314,6 +314,6 @@ class ReferenceSolution:
             return lambda row: body.observe(row, ctx.sqrt)
         given = [p for p in (*form.parameters, *form.given) if p.name in self.parameters]
         functions = {name: getattr(ctx, name) for name in ("sin", "cos", "sqrt", "atan2")}
-        function = observed(form, given, ctx.mpf, functions)
+        function = observables(form, given, ctx.mpf, functions)
         constants = [self.parameters[p.name] for p in given]
         return lambda row: function(*row, *constants)

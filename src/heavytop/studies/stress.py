@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from heavytop import errors
-from heavytop.comparison import own
+from heavytop.comparison import user
 from heavytop.doctor import versions
 from heavytop.results.stress import NO_RUN, Stress, StressCases, StressOutcome
 from heavytop.results.table import Row
@@ -43,7 +43,7 @@ STRESS_LIMITS: Final = {
 def stress(
     *,
     cases: Sequence[str] | None = None,
-    methods: Sequence[str | own.Method | Callable[..., Any]] | None = None,
+    methods: Sequence[str | user.Method | Callable[..., Any]] | None = None,
     budget: float = BUDGET_S,
     time_limit: float = TIME_S,
     jobs: int = 1,
@@ -105,7 +105,7 @@ def stress(
     known, no_methods = read_methods(KIND, asked, stress_method)
     errors.refuse(faults, no_cases, no_methods)
     names = [each.name for each in known]
-    own.expect_anywhere(names)
+    user.expect_anywhere(names)
     if all(each.absent for each in known):
         raise errors.MissingPackage(known[0].name, known[0].absent)
     tried = [*dict.fromkeys(each.name for each in chosen)]
@@ -160,7 +160,7 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
 def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
     """Do one run in a process that can be killed; no clock runs while it gets ready."""
     case, _, method = task.partition("/")
-    limit, mine = parameters["time_limit"], own.origins(parameters.get("own", {}))
+    limit, mine = parameters["time_limit"], user.origins(parameters.get("own", {}))
     asked = case, method, reference(case), mine
     try:
         [_, found] = TIMED_WORKER.stages(run_task, *asked, limits=(SET_UP_S, limit))
@@ -172,10 +172,10 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
 
 
 def run_task(
-    case: str, method: str, truth: CaseReference, methods: own.Origins = ()
+    case: str, method: str, truth: CaseReference, methods: user.Origins = ()
 ) -> Iterator[Row]:
     """In the worker: compile what a method needs; then do a run, and judge it."""
-    own.load(methods)
+    user.load(methods)
     with Path(os.devnull).open("w", encoding="utf-8") as nothing:  # the Fortran and C of solvers
         os.dup2(nothing.fileno(), 2)
     chosen = stress_method(method)
@@ -194,7 +194,7 @@ def listing() -> StressCases:
     ('140', '2.618 periods')
     """
     return StressCases(
-        cases=tuple(map(_described, all_cases().values())),
+        cases=tuple(map(_describe, all_cases().values())),
         methods=tuple(
             {"name": m.name, "short": m.short, "formulation": m.formulation, "setting": m.set_to}
             for m in stress_methods().values()
@@ -202,7 +202,7 @@ def listing() -> StressCases:
     )
 
 
-def _described(case: Scene) -> dict[str, Any]:
+def _describe(case: Scene) -> dict[str, Any]:
     """A case as a row of the document heavytop/stress-cases/1."""
     span = f"{case.time} s" if case.periods is None else f"{case.periods} periods"
     top = {name: str(getattr(case.top, name)) for name in ("A", "C", "gMR")}

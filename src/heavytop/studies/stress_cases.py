@@ -23,7 +23,7 @@ from heavytop.analytic.motion import ClosedForm, Motion
 from heavytop.classification.reduced import AxisMotion
 from heavytop.exact.number import rational_value
 from heavytop.exact.pairs import UNIT
-from heavytop.run.counts import Counts, tally
+from heavytop.run.counts import Counts, count_events
 from heavytop.run.plan import closed_form_of, span
 from heavytop.scene.scene import Scene, load_scene
 from heavytop.scene.scene_file import EVENTS
@@ -51,7 +51,7 @@ def cases() -> Mapping[str, Scene]:
 
     Those that want events are judged by them too.
     """
-    return MappingProxyType({case.name: case for case in (*_near_poles(), *_elsewhere())})
+    return MappingProxyType({case.name: case for case in (*_near_poles(), *_other_cases())})
 
 
 def _case(
@@ -72,14 +72,14 @@ def _shipped(name: str, hard: str, scene: str, **more: Any) -> Scene:
 def _near_poles() -> Iterator[Scene]:
     """At the vertical: passes, sleeping tops, separatrices."""
     hard = "φ and ψ turn as fast as 1/θ near a pole, and jump at the pole"
-    yield _case("through-top", hard, SIMPLE, **_falling("0"))
-    yield _case("through-bottom", hard, SIMPLE, **_falling("0", "-"))
+    yield _case("through-top", hard, SIMPLE, **_fall("0"))
+    yield _case("through-bottom", hard, SIMPLE, **_fall("0", "-"))
     yield _shipped("planar-rotating", hard, "planar-rotating")
     for near in ("1e-2", "1e-4", "1e-6", "1e-8", "1e-10", "1e-12"):
         hard = f"the axis passes {near} rad from the top"
-        yield _case(f"near-top-{near}", hard, SIMPLE, **_falling(near))
+        yield _case(f"near-top-{near}", hard, SIMPLE, **_fall(near))
     hard = "the axis passes 1e-6 rad from the bottom"
-    yield _case("near-bottom-1e-6", hard, SIMPLE, **_falling("1e-6", "-"))
+    yield _case("near-bottom-1e-6", hard, SIMPLE, **_fall("1e-6", "-"))
     hard = "the axis passes 7e-7 rad from the bottom in every period, by construction"
     yield _shipped("lie-group", hard, "lie-group-benchmark", time=2)
     hard = "the start is at a pole, where φ and ψ are not defined separately"
@@ -104,7 +104,7 @@ def _near_poles() -> Iterator[Scene]:
     yield _shipped("near-separatrix", hard, "near-separatrix", time=45)
 
 
-def _falling(near: str, side: str = "") -> Start:
+def _fall(near: str, side: str = "") -> Start:
     """A start that passes about `near` rad from the top, or from the bottom with a minus.
 
     At cosθ = ½ on the side that is passed, p_φ ∓ p_ψ is near times the speed of the pass, which is
@@ -115,7 +115,7 @@ def _falling(near: str, side: str = "") -> Start:
     return {"theta": theta, "thetadot": thetadot, "phidot": phidot, "omega3": 2}
 
 
-def _elsewhere() -> Iterator[Scene]:
+def _other_cases() -> Iterator[Scene]:
     """Reversals of φ, fast spins, steady precession, long runs."""
     hard = "a cusp is a double root of φ̇: a sign test may find two changes, one or none"
     yield _case("cusp", hard, BOOK, counted=True, theta="0.1", psidot=140)
@@ -222,7 +222,7 @@ def reference(name: str) -> CaseReference:
     exact = motion.at(end, TRUTH_DIGITS)
     x, y, z = map(float, exact.axis)
     condition = max(1.0, _condition(case, motion, end))
-    counts = tally(motion, end) if case.events else None
+    counts = count_events(motion, end) if case.events else None
     theta, *angles = map(float, (exact.theta, exact.phi, exact.psi))
     return CaseReference(end, theta, (x, y, z), condition, counts, motion.period, tuple(angles))
 

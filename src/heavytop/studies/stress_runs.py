@@ -27,7 +27,7 @@ from heavytop.results.table import Row
 from heavytop.run.counts import Counts
 from heavytop.run.plan import Plan
 from heavytop.run.propagation import propagate
-from heavytop.run.verify import conserved
+from heavytop.run.verify import invariant_drift
 from heavytop.scene.quantities import Need
 from heavytop.scene.scene import Scene
 from heavytop.studies.methods import AUTO_ANGLES
@@ -97,7 +97,7 @@ def prepare(
         Steps after which it is given up. What looks at them between blocks takes a whole block.
     """
     if not method.is_rival:
-        return partial(_taylor, case, method, step_limit)
+        return partial(_run_taylor, case, method, step_limit)
     problem = problem_of(case, Plan(method.formulation), truth.end)
     trail, about = list[Any](), dict[str, Any]()
     stepper: Any
@@ -116,10 +116,10 @@ def prepare(
         stepper, last = make_stepper(method, problem), (truth.end, 0.0)
         if method.block == 0:  # called once: what it passes on the way shows events
             stepper = replace(stepper, steps=step_limit, on_steps=trail.append)
-    return partial(_stepped, case, problem, stepper, last, step_limit, trail, about)
+    return partial(_run_stepper, case, problem, stepper, last, step_limit, trail, about)
 
 
-def _stepped(
+def _run_stepper(
     case: Scene, problem: InitialValueProblem, stepper: Any, last: DoubleDouble, step_limit: int,
     trail: list[Any], about: Mapping[str, Any],
 ) -> CaseRun:  # fmt: skip
@@ -138,7 +138,7 @@ def _stepped(
     rows, ends, counted = np.array([problem.start, axis]), np.array([0.0, problem.span]), {}
     with np.errstate(all="ignore"):
         seen = sample(form, rows, known, ends)
-        off = conserved(invariants(form, rows, known, ends), known)["energy"]
+        off = invariant_drift(invariants(form, rows, known, ends), known)["energy"]
     for taken in trail if case.events else ():
         for name in WATCHED_EVENTS:
             signs = np.sign(form_values(form, name, taken.states, known, taken.times)[0])
@@ -146,10 +146,10 @@ def _stepped(
     message = "; ".join(f"{count}× {text}" for text, count in stepper.warned.items())
     energy = {"energy_error": off if math.isfinite(off) else None}
     found = {"message": message, "steps": after.steps, "counted": counted, **energy, **about}
-    return _arrived(seen, step_limit, **found)
+    return _arrive(seen, step_limit, **found)
 
 
-def _taylor(case: Scene, method: MethodEntry, step_limit: int) -> CaseRun:
+def _run_taylor(case: Scene, method: MethodEntry, step_limit: int) -> CaseRun:
     auto = method.formulation == AUTO
     wanted: tuple[str, ...] = ("axis", "phi", "psi") if method.name == AUTO_ANGLES else ("axis",)
     if not auto and FORMULATIONS[method.formulation].gives is Need.TILT:
@@ -175,12 +175,12 @@ def _taylor(case: Scene, method: MethodEntry, step_limit: int) -> CaseRun:
         return CaseRun(StressOutcome(found.outcome), why, **about)
     with np.errstate(all="ignore"):
         about["counted"] = {name: found.events.count(name) or 0 for name in scene.events}
-        energies = conserved(found.invariants, found.orbit.parameters)
+        energies = invariant_drift(found.invariants, found.orbit.parameters)
         about["energy_error"] = energies["energy"]
-        return _arrived(found([end]), step_limit, message=message, **about)
+        return _arrive(found([end]), step_limit, message=message, **about)
 
 
-def _arrived(seen: Any, step_limit: int, **about: Any) -> CaseRun:
+def _arrive(seen: Any, step_limit: int, **about: Any) -> CaseRun:
     """Return a run that came to the end, with axis and angles as they were seen there."""
     if (steps := about["steps"]) > step_limit:
         about["message"] = f"{steps} steps, more than its limit"

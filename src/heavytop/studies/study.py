@@ -29,7 +29,7 @@ from types import ModuleType
 from typing import Any, Final, NamedTuple
 
 from heavytop import errors
-from heavytop.comparison import own
+from heavytop.comparison import user
 from heavytop.doctor import versions
 from heavytop.errors import ForeignFile
 from heavytop.results.base import Result
@@ -38,10 +38,10 @@ from heavytop.scene.arguments import JOBS, path_of, read_argument
 from heavytop.studies.journal import STUDY, Chunk, Journal, Parameters, differences
 from heavytop.studies.workers import (
     TIMED_WORKER,
-    Here,
+    InProcess,
     Processes,
     check_how,
-    count_sent,
+    sent_tasks,
     stop_signal,
 )
 from heavytop.text import in_a_line
@@ -128,13 +128,13 @@ def run(
     running: dict[Future[Chunk], str] = {}
     lost = Counter[str]()
     with stop_signal() as stop, closing(TIMED_WORKER):
-        pool = executor or (Here(stop) if jobs == 1 else Processes(jobs))
+        pool = executor or (InProcess(stop) if jobs == 1 else Processes(jobs))
         try:
             while (waiting or running) and not stop.is_set():
                 if time.monotonic() >= end:
                     waiting.clear()
                 # After a loss all tasks it may be due to run alone, each for a slice.
-                while waiting and len(running) < (1 if lost else count_sent(pool)):
+                while waiting and len(running) < (1 if lost else sent_tasks(pool)):
                     task = waiting.popleft()
                     running[_submit(pool, study, journal, task, slice_s)] = task
                 for future in futures.wait(running, TICK_S, futures.FIRST_COMPLETED).done:
@@ -167,7 +167,7 @@ def run(
 def resume(
     folder: str | os.PathLike[str],
     *,
-    methods: Sequence[str | own.Method | Callable[..., Any]] = (),
+    methods: Sequence[str | user.Method | Callable[..., Any]] = (),
     jobs: int = 1,
     executor: Executor | None = None,
     progress: Callable[[Progress], object] | None = None,
@@ -223,14 +223,14 @@ def resume(
     """
     check_how(progress, executor)
     path, jobs = path_of("folder", folder), read_argument("jobs", jobs, JOBS)
-    parameters = _with_own_versions(Journal.read(path).parameters)
+    parameters = _update_versions(Journal.read(path).parameters)
     if methods:
         from heavytop.studies.methods import read_methods
 
         errors.refuse(read_methods(str(path), methods, str)[1])
-    own.expect_named(parameters.get("own", {}))
+    user.expect_named(parameters.get("own", {}))
     for name, digest in parameters.get("own", {}).items():
-        if own.registered(name).digest != digest:
+        if user.registered(name).digest != digest:
             raise ForeignFile(f"{path}: {name} is not the code with which it was begun")
     try:
         study = study_of(parameters)
@@ -256,7 +256,7 @@ def study_of(parameters: Parameters) -> ModuleType:
     return import_module(STUDIES[kind])
 
 
-def _with_own_versions(parameters: Parameters) -> Parameters:
+def _update_versions(parameters: Parameters) -> Parameters:
     """Return parameters with the versions of this process, of the libraries that they name."""
     here = _versions()
     return {**parameters, "versions": {name: here.get(name) for name in parameters["versions"]}}
@@ -273,7 +273,7 @@ def _submit(
     seconds = max(slice_s, KILL_COST * record.seconds)
     work = (study.__name__, journal.parameters, task, record.last.checkpoint, seconds)
     try:
-        return pool.submit(advance_task, *work, own.origins(journal.parameters.get("own", {})))
+        return pool.submit(advance_task, *work, user.origins(journal.parameters.get("own", {})))
     except Exception as fault:  # shut down, broken, out of reach, no more processes
         future: Future[Chunk] = Future()
         future.set_exception(futures.BrokenExecutor(f"no new work is accepted: {in_a_line(fault)}"))
@@ -282,11 +282,11 @@ def _submit(
 
 def advance_task(
     module: str, parameters: Parameters, task: str, checkpoint: Any, seconds: float,
-    methods: own.Origins = (), stop: Event | None = None,
+    methods: user.Origins = (), stop: Event | None = None,
 ) -> Chunk:  # fmt: skip
     """Advance a task for about so many seconds; in a worker, which may be far away."""
-    own.load(methods)
-    if found := differences(_with_own_versions(parameters), parameters):
+    user.load(methods)
+    if found := differences(_update_versions(parameters), parameters):
         worker = f"process {os.getpid()} on {platform.node()}"
         raise ForeignFile(f"{worker}: this worker does not match the study: {'; '.join(found)}")
     last, rows, spent = Chunk(checkpoint), list[dict[str, Any]](), 0.0

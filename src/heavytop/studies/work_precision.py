@@ -13,7 +13,7 @@ from statistics import median, quantiles
 from typing import Any, Final
 
 from heavytop.checking.method import LOST_PHASE
-from heavytop.comparison import own
+from heavytop.comparison import user
 from heavytop.comparison.methods import METHODS, MethodEntry
 from heavytop.comparison.steppers import IntegrationFailed, NotFinite
 from heavytop.equations.formulation import FORMULATIONS
@@ -22,10 +22,10 @@ from heavytop.results.stress import AUTO
 from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
 from heavytop.scene.arguments import Range, check_callable
 from heavytop.scene.scene import Scene, scene_of
-from heavytop.studies.drift import perturbed_start, sample_times, watched
+from heavytop.studies.drift import insert_times, perturbed_start, sample_times
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
-from heavytop.studies.methods import expected, method, parameters_of, read_asked, settings
-from heavytop.studies.steppers import MethodRun, TooSlow, clock, go, set_up, walk
+from heavytop.studies.methods import expect_method, method, parameters_of, read_options, settings
+from heavytop.studies.steppers import MethodRun, TooSlow, advance, clock, set_up, walk
 from heavytop.studies.study import Progress
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut, stop_signal
 
@@ -59,7 +59,7 @@ WORK_METHODS: Final = (
 def work_precision(
     scene: Scene,
     *,
-    methods: Sequence[str | own.Method | Callable[..., Any]] = WORK_METHODS,
+    methods: Sequence[str | user.Method | Callable[..., Any]] = WORK_METHODS,
     periods: float = 100,
     budget: float = BUDGET_S,
     folder: str | os.PathLike[str] | None = None,
@@ -121,7 +121,7 @@ def work_precision(
     """
     check_callable("progress", progress)
     options = {"periods": periods, "budget": budget}
-    names, values = read_asked(scene, methods, options, WORK_LIMITS, expected)
+    names, values = read_options(scene, methods, options, WORK_LIMITS, expect_method)
     about = {"scene": scene.problem(), "periods": values["periods"]}
     parameters = parameters_of("work_precision", names, **about)
     tasks(parameters)  # a plan may be refused: before anything is written
@@ -131,11 +131,11 @@ def work_precision(
 
 def tasks(parameters: Parameters) -> list[str]:
     """Return the names of the runs, each a setting from a start, and that of the rounds."""
-    texts = dict.fromkeys(each.text for each in _asked(parameters))
+    texts = dict.fromkeys(each.text for each in _requested(parameters))
     return [*(f"{text}/{start}" for text in texts for start in range(NEIGHBOURS)), ROUNDS]
 
 
-def _asked(parameters: Parameters) -> list[MethodEntry]:
+def _requested(parameters: Parameters) -> list[MethodEntry]:
     """Return all that the names of a diagram ask for, each once."""
     scene, periods = scene_of(parameters["scene"]), parameters["periods"]
     every = (settings(text, scene, periods) for text in parameters["methods"])
@@ -147,7 +147,7 @@ def complete(
 ) -> WorkPrecision:
     """Measure what is left and for which there is time, in this process, and return the result."""
     began, parameters = clock(), journal.parameters
-    budget, asked = keep_budget(journal, budget, BUDGET_S), _asked(parameters)
+    budget, asked = keep_budget(journal, budget, BUDGET_S), _requested(parameters)
 
     def show(fraction: float) -> None:
         if stop.is_set():
@@ -162,7 +162,7 @@ def complete(
     if stop.is_set():
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.folder)
     points = tuple(_point(each, [*rows.values()]) for each, rows in runs.rows.items() if rows)
-    skipped = tuple(_skipped(each, runs.refused[each]) for each in asked if not runs.rows[each])
+    skipped = tuple(_skip(each, runs.refused[each]) for each in asked if not runs.rows[each])
     periods = parameters["periods"]
     about = {"scene": parameters["scene"], "periods": periods, "phase": watch_times(periods)[-1]}
     about |= {"budget": budget, "versions": parameters["versions"]}
@@ -242,7 +242,7 @@ class Rounds:
 
         It may take half of the time that is left to get ready: others want some too.
         """
-        if mine := own.origins([each.name]):
+        if mine := user.origins([each.name]):
             ready_s = min(SET_UP_S, max(self.limit, (self.deadline - clock()) / 2))
             asked = self.starts[0], each.text, mine, self.periods, self.limit
             TIMED_WORKER.call(_try, *asked, timeout=ready_s + 2 * self.limit)
@@ -259,9 +259,9 @@ class Rounds:
         self.rows[each][start]["seconds"].append(seconds)
 
 
-def _try(scene: Scene, text: str, mine: own.Origins, periods: float, limit: float) -> None:
+def _try(scene: Scene, text: str, mine: user.Origins, periods: float, limit: float) -> None:
     """In a worker: run a method once; what it raises is raised again where it is measured."""
-    own.load(mine)
+    user.load(mine)
     with suppress(IntegrationFailed):
         deque(walk(set_up(scene, method(text)), watch_times(periods)[-1], limit), maxlen=0)
 
@@ -272,7 +272,7 @@ def watch_times(periods: float) -> list[float]:
     >>> [round(n, 3) for n in watch_times(10)]
     [0.618, 1.618, 3.618, 7.618, 9.618]
     """
-    return watched(sample_times(periods, 2))
+    return insert_times(sample_times(periods, 2))
 
 
 def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
@@ -281,7 +281,7 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     It fails where it is not there after `limit` seconds, or its numbers are no longer finite.
     """
     stepper: Any = run.stepper
-    every, last, seconds = go(run, watch_times(periods), limit)
+    every, last, seconds = advance(run, watch_times(periods), limit)
     off, lost = every[-1], LOST_PHASE * run.period
     if not math.isfinite(off.energy + off.theta + (off.axis or 0.0)):
         raise NotFinite
@@ -327,7 +327,7 @@ def _point(each: MethodEntry, runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _skipped(each: MethodEntry, reason: str) -> dict[str, Any]:
+def _skip(each: MethodEntry, reason: str) -> dict[str, Any]:
     setting = {each.set_by: each.setting}
     return {"method": each.name, "setting": setting, "rival": each.is_rival, "reason": reason}
 

@@ -40,7 +40,7 @@ T = TypeVar("T")
 
 
 @contextmanager
-def starting() -> Iterator[None]:
+def start_processes() -> Iterator[None]:
     """Start processes inside this block.
 
     They do not import the caller's script again, which may have no ``if __name__ ==
@@ -76,7 +76,7 @@ class Processes(ProcessPoolExecutor):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Let a worker call a function."""
-        with starting():
+        with start_processes():
             return super().submit(fn, *args, **kwargs)
 
     @property
@@ -113,7 +113,7 @@ def _end_with_parent() -> None:
     os._exit(1)
 
 
-class Here(Executor):
+class InProcess(Executor):
     """Does what is submitted at once, in this process, until the signal to stop."""
 
     def __init__(self, stop: threading.Event) -> None:
@@ -136,7 +136,7 @@ def check_how(progress: object, executor: object) -> None:
         expect("executor", executor, Executor)
 
 
-def count_sent(executor: Executor) -> int:
+def sent_tasks(executor: Executor) -> int:
     """Return how many tasks are sent to an executor: two for each worker, so that none waits.
 
     Examples
@@ -146,7 +146,7 @@ def count_sent(executor: Executor) -> int:
     ...     count_sent(pool)
     6
     """
-    if isinstance(executor, Here):
+    if isinstance(executor, InProcess):
         return 1
     known = (getattr(executor, name, None) for name in ("workers", "_max_workers"))
     return 2 * max(1, next((n for n in known if isinstance(n, int)), usable_cpus()))
@@ -198,7 +198,7 @@ class TimedOut(HeavyTopError):
     """A call that did not return in time; its process was killed."""
 
 
-class Lost(HeavyTopError):
+class WorkerLost(HeavyTopError):
     """A process that died of a call, or an exception in it; the message says which."""
 
 
@@ -244,7 +244,7 @@ class TimedWorker:
             self.close()
             code = process.exitcode or 0
             why = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-        raise Lost(f"its process was lost: {why}")
+        raise WorkerLost(f"its process was lost: {why}")
 
     def stages(
         self, function: Callable[..., Iterator[T]], *args: Any, limits: Iterable[float]

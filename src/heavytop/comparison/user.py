@@ -209,20 +209,20 @@ def expect_named(names: Iterable[str]) -> None:
         raise Impossible([("method", text)])
 
 
-def _of_ones_own(texts: Iterable[str]) -> dict[str, Registered]:
+def _is_users(texts: Iterable[str]) -> dict[str, Registered]:
     names = dict.fromkeys(text.partition("=")[0] for text in texts)
     return {name: _REGISTERED[name] for name in names if name in _REGISTERED}
 
 
 def as_parameters(texts: Iterable[str]) -> dict[str, dict[str, str]]:
     """Return what a study remembers of methods of one's own: nothing where there are none."""
-    found = {name: own.digest for name, own in _of_ones_own(texts).items()}
+    found = {name: own.digest for name, own in _is_users(texts).items()}
     return {"own": found} if found else {}
 
 
 def origins(texts: Iterable[str]) -> Origins:
     """Return where those methods come from that are one's own and can be loaded elsewhere."""
-    return [(name, *own[1:]) for name, own in _of_ones_own(texts).items() if own.place]
+    return [(name, *own[1:]) for name, own in _is_users(texts).items() if own.place]
 
 
 def expect_anywhere(texts: Iterable[str]) -> None:
@@ -234,7 +234,7 @@ def expect_anywhere(texts: Iterable[str]) -> None:
         A function stands in no file or module.
     """
     rule = "must stand in a file or a module, as it runs in another process"
-    if homeless := [(name, rule) for name, own in _of_ones_own(texts).items() if not own.place]:
+    if homeless := [(name, rule) for name, own in _is_users(texts).items() if not own.place]:
         raise Impossible(homeless)
 
 

@@ -15,9 +15,9 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from heavytop.comparison import steppers
-from heavytop.comparison.adaptive import AdaptiveStepper, Solver, Taken
-from heavytop.comparison.own import BODY_FORMS, Method
+from heavytop.comparison.adaptive import AdaptiveStepper, Solver, TakenSteps
 from heavytop.comparison.steppers import FixedStep, InitialValueProblem, IntegrationFailed, Stepper
+from heavytop.comparison.user import BODY_FORMS, Method
 from heavytop.exact.pairs import Array
 
 Rates = Callable[[Array], Array]
@@ -29,7 +29,7 @@ SOLVED: Final = 4.0  # periods that a solver goes at once
 FIRST_CALL: Final = 1e-3  # of that: a call in which it imports and compiles
 
 
-def own_stepper(own: Method, problem: InitialValueProblem, setting: float, steps: int) -> Stepper:
+def user_stepper(own: Method, problem: InitialValueProblem, setting: float, steps: int) -> Stepper:
     """Return a method of one's own set up for a problem; with `steps` 0 blocks are as it thinks.
 
     Its first step is taken here and thrown away, so that what it imports and compiles is no part
@@ -48,7 +48,7 @@ def own_stepper(own: Method, problem: InitialValueProblem, setting: float, steps
     about: dict[str, Any] = {"start": start, "form": form, "warned": warned}
     if own.solves:
         span, ahead = problem.span * (1.0 if steps else SOLVED), problem.direction
-        solve = _solver(_watched(own.function, warned), f, setting, own.needs_times)
+        solve = _solver(_count_warnings(own.function, warned), f, setting, own.needs_times)
         with suppress(IntegrationFailed):
             solve(np.array(start), span * FIRST_CALL)
         return AdaptiveStepper(solver=solve, direction=ahead, steps=1, far=abs(span), **about)
@@ -59,7 +59,7 @@ def own_stepper(own: Method, problem: InitialValueProblem, setting: float, steps
         take = _steps(own.function, f, h)
     with suppress(IntegrationFailed):
         take(np.array(start), np.empty(0), 1)
-    return FixedStep(h=h, advance=_watched(take, warned), steps=block, **about)
+    return FixedStep(h=h, advance=_count_warnings(take, warned), steps=block, **about)
 
 
 # --- the right-hand side that it is given --------------------------------------------------------
@@ -113,7 +113,7 @@ def _steps(step: Callable[..., Any], f: RightHandSide, h: float) -> steppers.Adv
     def advance(state: Array, _work: Array, steps: int) -> int:
         y, before = state.copy(), f.calls
         for _ in range(steps):
-            y = _checked(step, f, y, h)
+            y = _take_step(step, f, y, h)
         state[:] = y
         return f.calls - before
 
@@ -133,16 +133,16 @@ def _compiled_steps(step: Callable[..., Any], f: Any, h: float) -> steppers.Adva
 
     def advance(state: Array, _work: Array, steps: int) -> int:
         if not looked_at[0]:
-            _checked(step, f, state.copy(), h)
+            _take_step(step, f, state.copy(), h)
             looked_at[0] = True
-        with _named():
+        with _name_errors():
             state[:] = loop(state.copy(), h, steps)
         return steps  # evaluations are not counted in compiled code: one a step at least
 
     return advance
 
 
-def _watched(function: Callable[..., T], warned: Counter[str]) -> Callable[..., T]:
+def _count_warnings(function: Callable[..., T], warned: Counter[str]) -> Callable[..., T]:
     """A function whose warnings are counted, and not printed."""
 
     def watched(*given: Any, **options: Any) -> T:
@@ -155,10 +155,10 @@ def _watched(function: Callable[..., T], warned: Counter[str]) -> Callable[..., 
     return watched
 
 
-def _checked(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
+def _take_step(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
     """Take one step, and tell what it did wrong."""
-    with _named():
-        after = _real(step(f, y.copy(), h))
+    with _name_errors():
+        after = _read_reals(step(f, y.copy(), h))
     if after.shape != y.shape:
         raise steppers.MethodError(f"it returns an array of shape {after.shape}, not {y.shape}")
     if np.isnan(after).any() and (np.abs([y, f(y)]) < HUGE).all():
@@ -166,7 +166,7 @@ def _checked(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
     return after
 
 
-def _real(found: Any) -> Array:
+def _read_reals(found: Any) -> Array:
     """What a person's code returned, if it is real numbers."""
     array = np.array(found)
     if array.dtype.kind not in "fiu":
@@ -175,7 +175,7 @@ def _real(found: Any) -> Array:
 
 
 @contextmanager
-def _named() -> Iterator[None]:
+def _name_errors() -> Iterator[None]:
     """Name whatever the code of a person raises."""
     try:
         yield
@@ -199,12 +199,12 @@ def _solver(
 
     fun.top = rates.top  # type: ignore[attr-defined]
 
-    def solve(state: Array, span: float, *_: float) -> Taken:
+    def solve(state: Array, span: float, *_: float) -> TakenSteps:
         before, ends = rates.calls, (0.0, span)
         asked: dict[str, Any] = {"t_eval": np.array(ends)} if at_times else {}
-        with _named():
+        with _name_errors():
             found = solver(fun, ends, state.copy(), rtol=tolerance, atol=tolerance, **asked)
-            times, end = _real(found.t), _real(found.y)[:, -1]
+            times, end = _read_reals(found.t), _read_reals(found.y)[:, -1]
         if not getattr(found, "success", True) or not math.isclose(times[-1], span):
             why = str(getattr(found, "message", "")).strip().rstrip(".")
             stop = f"it stops after {times[-1]:.6g} of {span:.6g} s"
@@ -212,7 +212,7 @@ def _solver(
         if end.shape != state.shape:
             raise steppers.MethodError(f"it returns {end.size} states, not {state.size}")
         rows, evaluations = np.array([state, end]), rates.calls - before
-        return Taken(np.array(ends), rows, evaluations, steps=times.size - 1)
+        return TakenSteps(np.array(ends), rows, evaluations, steps=times.size - 1)
 
     return solve
 

@@ -27,13 +27,13 @@ from heavytop.classification.reduced import (
     StartMotion,
 )
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.lambdify import Rounded, exact_values, lambdified
+from heavytop.equations.lambdify import Rounded, exact_values, lambdify
 from heavytop.errors import NoClosedForm
 from heavytop.exact import Exact
 from heavytop.exact.balls import exact_of, fmpq_of
 from heavytop.exact.decimals import DOUBLE, Context, bits_of, context, digits_of, precision
 from heavytop.exact.pairs import EPSILON, Array
-from heavytop.integration.engine import Seen, engine, text
+from heavytop.integration.engine import TimedStates, engine, text
 from heavytop.integration.orbit import Checkpoint, Integrator
 from heavytop.integration.projection import GOLDEN
 from heavytop.integration.system import number_of
@@ -68,7 +68,7 @@ def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, Any], Checkpoint
     form, bits, numbers = chosen.equations, bits_of(chosen.precision), start_values(scene)
     number = number_of(bits)
     if bits == DOUBLE:
-        values = _own_numbers(form)(numbers)
+        values = _binary_numbers(form)(numbers)
     else:
         exact = exact_values((*form.parameters.values(), *form.start), numbers)
         ctx = context(digits_of(bits))
@@ -80,7 +80,7 @@ def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, Any], Checkpoint
 
 
 @cache
-def _own_numbers(form: Formulation) -> Rounded:
+def _binary_numbers(form: Formulation) -> Rounded:
     """Return the constants and the start of a formulation, as functions of a scene's numbers."""
     return Rounded((*form.parameters.values(), *form.start))
 
@@ -89,7 +89,7 @@ def _own_numbers(form: Formulation) -> Rounded:
 
 
 @dataclass(frozen=True, eq=False)
-class OwnMotion:
+class BinaryMotion:
     """The exact motion of a run's own numbers, through the poles that the scene's passes.
 
     Rounding the start puts the axis beside them. A run turns there as the exact numbers do, and so
@@ -117,7 +117,7 @@ class OwnMotion:
         top, bottom = passed[::-1] if regime.mirrored else passed
         return ClosedForm(PassingMotion(source, top, bottom) if top or bottom else source)
 
-    def at(self, seen: Seen) -> Any:
+    def at(self, seen: TimedStates) -> Any:
         """Return it in doubles at the times of some states, or None where there is none."""
         t = seen.t.astype(float)
         low = seen.t - t + seen.t_low  # of more digits: at a pole phi jumps within their rounding
@@ -138,7 +138,7 @@ def motion_of(
     names = (symbol.name for symbol in form.states)
     given = (*parameters.items(), *zip(names, state, strict=True))
     known = {name: fmpq_of(x) for name, x in given}
-    values = _reading(form, digits)(*[known[x.name] for x in (*form.states, *form.parameters)])
+    values = _reader_of(form, digits)(*[known[x.name] for x in (*form.states, *form.parameters)])
     read = SimpleNamespace(**dict(zip(form.reading, values, strict=True)))
     if "w" in form.reading:
         return _from_height(read, context(digits))
@@ -151,7 +151,7 @@ def motion_of(
 
 
 @cache
-def _reading(form: Formulation, digits: int) -> Any:
+def _reader_of(form: Formulation, digits: int) -> Any:
     """What a formulation reads its motion from, as a function of rational numbers."""
     ctx, arguments = context(digits), (*form.states, *form.parameters)
 
@@ -160,7 +160,7 @@ def _reading(form: Formulation, digits: int) -> Any:
         return lambda *given: fmpq_of(function(*(exact_of(x).mpf(ctx) for x in given)))
 
     functions = {name: rounded(name) for name in ("sin", "cos", "sqrt", "atan2")}
-    return lambdified((*form.reading.values(),), arguments, fmpq, functions)
+    return lambdify((*form.reading.values(),), arguments, fmpq, functions)
 
 
 def _from_height(read: Any, ctx: Context) -> ReducedMotion:
@@ -214,7 +214,7 @@ class Records:
         return np.array([getattr(record, name) for record in self.records], dtype=object)
 
 
-def some(count: int, most: int = FEW_IN_DIGITS) -> NDArray[np.intp]:
+def spread_places(count: int, most: int = FEW_IN_DIGITS) -> NDArray[np.intp]:
     """Return the places of some of so many, evenly spaced, the last among them."""
     every = max(1, -(-count // most))
     return np.arange((count - 1) % every, count, every)

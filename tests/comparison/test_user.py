@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from heavytop.comparison import IntegrationFailed, own
+from heavytop.comparison import IntegrationFailed, user
 from heavytop.comparison.steppers import MethodError, TopConstants
 from heavytop.errors import Impossible
 
@@ -24,8 +24,8 @@ def euler(f, y, h):
 
 
 ORDERS = [
-    *((own.Method(rk4, formulation=x), 4, 200) for x in ("axis", "lagrange", *own.BODY_FORMS)),
-    (own.Method(midpoint_on_rotations, formulation="rotation"), 2, 800),
+    *((user.Method(rk4, formulation=x), 4, 200) for x in ("axis", "lagrange", *user.BODY_FORMS)),
+    (user.Method(midpoint_on_rotations, formulation="rotation"), 2, 800),
 ]
 
 
@@ -37,14 +37,14 @@ def test_a_step_has_its_order_in_every_form(method, order, steps):
 
 
 def test_a_compiled_step_has_the_bits_of_the_plain_one():
-    compiled = own.Method(pytest.importorskip("numba").njit(rk4), name="compiled")
-    plain, fast = (set_up(m, 100, steps=300) for m in (own.Method(rk4), compiled))
+    compiled = user.Method(pytest.importorskip("numba").njit(rk4), name="compiled")
+    plain, fast = (set_up(m, 100, steps=300) for m in (user.Method(rk4), compiled))
     assert fast.block(fast.begin()).state == plain.block(plain.begin()).state
 
 
 def test_what_a_body_form_says_of_itself_follows_from_its_own_states():
     """Momenta and energy against matrices in numpy, of states that are no motion's at all."""
-    form = set_up(own.Method(rk4, formulation="rotation"), 100).form
+    form = set_up(user.Method(rk4, formulation="rotation"), 100).form
     g, inertia = form.constants
     R, w = np.random.default_rng(1).normal(size=(3, 3)), np.array([0.3, -2.0, 5.0])
     u, udot, energy, p_phi, p_psi, length, off, *axis = form.observe([*R.ravel(), *w], math.sqrt)
@@ -71,7 +71,7 @@ def test_a_step_and_a_solver_may_read_the_top():
         return dop853(fun, *given, t_eval=t_eval, **options)
 
     top = TopConstants(2.0, 1.0, 3.0)
-    for asked, setting in ((step, 100), (own.Method(solver, solver=True), 1e-6)):
+    for asked, setting in ((step, 100), (user.Method(solver, solver=True), 1e-6)):
         set_up(asked, setting, top=top)
     assert found["step"] is found["solver"] is top
 
@@ -162,20 +162,20 @@ def test_what_cannot_be_loaded_is_told(file, text, monkeypatch):
     file.with_name("bad.py").write_text("raise SystemExit(7)\n")
     monkeypatch.chdir(file.parent)
     with pytest.raises(Impossible, match=UNLOADED[text]):
-        own.register(text)
+        user.register(text)
 
 
 @pytest.mark.parametrize("setting", [0, -1.0, np.inf, "1e-9"])
 def test_a_setting_is_a_positive_number(setting):
     with pytest.raises(Impossible, match=r"formulation: .*\nsetting"):
-        own.Method(rk4, formulation="x", setting=setting)
+        user.Method(rk4, formulation="x", setting=setting)
 
 
 def test_another_process_loads_the_same_file_or_none(file):
-    name = own.register(f"{file}:euler")
-    origins = own.origins([name])
-    own.load(origins)
+    name = user.register(f"{file}:euler")
+    origins = user.origins([name])
+    user.load(origins)
     file.write_text(FILE + "\n# changed\n")
-    own._REGISTERED.pop(name)
+    user._REGISTERED.pop(name)
     with pytest.raises(Impossible, match="another file"):
-        own.load(origins)
+        user.load(origins)
