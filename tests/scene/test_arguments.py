@@ -8,7 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import BadScene, Impossible, Refused
-from heavytop.scene.arguments import Range, integer, one_of, parse_names, parse_options
+from heavytop.scene.arguments import Range, gather, integer, one_of, parse_names, parse_options
 
 REAL, WHOLE = Range(0.5, 1e6), Range(1, 2**63 - 1, whole=True)
 NO_NUMBERS = [True, np.True_, "1", None, 1j, [1], {}, float("nan"), Decimal("sNaN"), 10**400]
