@@ -24,7 +24,7 @@ def with_article(name: str) -> str:
 
     Examples
     --------
-    >>> article("int"), article("float"), article("ndarray")
+    >>> with_article("int"), with_article("float"), with_article("ndarray")
     ('an int', 'a float', 'an ndarray')
     """
     return f"an {name}" if name.startswith(("nd", *"aeiouAEIOU")) else f"a {name}"
@@ -78,7 +78,7 @@ def printable(text: object) -> str:
 
     Examples
     --------
-    >>> print(harmless("a\nb"), harmless("caf\udce9"))
+    >>> print(printable("a\nb"), printable("caf\udce9"))
     a\nb caf\udce9
     """
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))

@@ -200,7 +200,7 @@ def observables(
     >>> from heavytop.equations.euler_poisson import axis_form
     >>> form = axis_form()
     >>> names = {p.name: Fraction(0) for p in form.parameters} | {"g": Fraction(1)}
-    >>> see = observed(form, tuple(form.parameters), Fraction, {})
+    >>> see = observables(form, tuple(form.parameters), Fraction, {})
     >>> u, udot, energy, *_ = see(1, 0, 0, 0, 1, *names.values())
     >>> u, udot, energy  # the axis lies along x and turns down, about y
     (0, -1, Fraction(1, 2))

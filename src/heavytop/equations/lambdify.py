@@ -65,9 +65,9 @@ def lambdify(
     --------
     >>> from fractions import Fraction
     >>> x = sp.Symbol("x")
-    >>> lambdified([x / 3 + x**2], [x], Fraction, {})(Fraction(1, 2))
+    >>> lambdify([x / 3 + x**2], [x], Fraction, {})(Fraction(1, 2))
     [Fraction(5, 12)]
-    >>> lambdified((x / 3, -x), [x], Fraction, {})(Fraction(1, 2))
+    >>> lambdify((x / 3, -x), [x], Fraction, {})(Fraction(1, 2))
     (Fraction(1, 6), Fraction(-1, 2))
     """
     names = [str(x) for x in arguments]
@@ -96,7 +96,7 @@ def evaluate(
     Examples
     --------
     >>> x, y = sp.symbols("x y")
-    >>> evaluated([sp.cos(x) ** 2 / 3 - y], {"x": 0, "y": 1}, float, {"cos": np.cos})
+    >>> evaluate([sp.cos(x) ** 2 / 3 - y], {"x": 0, "y": 1}, float, {"cos": np.cos})
     [np.float64(-0.6666666666666667)]
     """
     function = lambdify([*expressions], [*named], number, functions, ordered=False)

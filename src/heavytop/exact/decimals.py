@@ -119,7 +119,7 @@ def least_bits(needed: float) -> int:
 
     Examples
     --------
-    >>> enough(50), enough(60), enough(200), enough(3300.1)
+    >>> least_bits(50), least_bits(60), least_bits(200), least_bits(3300.1)
     (53, 64, 256, 3328)
     """
     return DOUBLE if needed <= DOUBLE else WORD * math.ceil(needed / WORD)

@@ -68,7 +68,7 @@ def translate(expressions: Sequence[Any], names: dict[str, Any], bits: int = DOU
     Examples
     --------
     >>> import sympy as sp
-    >>> translated([sp.Symbol("x") / 3 + sp.sqrt(2)], {"x": hy.expression("x")})
+    >>> translate([sp.Symbol("x") / 3 + sp.sqrt(2)], {"x": hy.expression("x")})
     [(1.4142135623730951 + (0.33333333333333331 * x))]
     """
     number = number_of(bits)

@@ -148,7 +148,7 @@ def line_style(ours: dict[str, Any], looks: Mapping[str, Any]) -> dict[str, Any]
 
     Examples
     --------
-    >>> over({"color": "red", "lw": 1.0}, {"linewidth": 3})
+    >>> line_style({"color": "red", "lw": 1.0}, {"linewidth": 3})
     {'color': 'red', 'linewidth': 3}
     """
     return normalize_kwargs(ours, Line2D) | normalize_kwargs(dict(looks), Line2D)

@@ -286,7 +286,7 @@ def nonzero(values: Mapping[str, Any], form: str = ".6g") -> str:
 
     Examples
     --------
-    >>> given({"theta": 0.1, "phi": 0, "phidot": -15, "omega3": "30 rpm"})
+    >>> nonzero({"theta": 0.1, "phi": 0, "phidot": -15, "omega3": "30 rpm"})
     'θ = 0.1 rad, φ̇ = -15 rad/s, ω₃ = 30 rpm'
     """
     named = [(quantity_of(name), value) for name, value in values.items() if value not in (0, None)]
@@ -307,7 +307,7 @@ def skipped_runs(skipped: Iterable[Mapping[str, Any]]) -> Iterator[str]:
 
     Examples
     --------
-    >>> [*not_done([{"method": name, "reason": "no time"} for name in ("auto", "strang", "auto")])]
+    >>> [*skipped_runs([{"method": name, "reason": "no time"} for name in ("auto", "strang", "auto")])]
     ['no time: auto (2), strang (1)']
     """
     for (reason,), same in group(skipped, "reason").items():

@@ -192,7 +192,7 @@ def classify_scene(scene: Scene) -> Classification:
     Examples
     --------
     >>> from heavytop.scene.scene import load_scene
-    >>> motion = classified(load_scene("sicm-dropped")).motion
+    >>> motion = classify_scene(load_scene("sicm-dropped")).motion
     >>> motion.kind, round(motion.period, 6)
     ('cusps', 0.401406)
     """
@@ -245,7 +245,7 @@ def plan_scene(scene: Scene, *, formulation: str = "auto", digits: int | None = 
     Examples
     --------
     >>> from heavytop.scene.scene import load_scene
-    >>> planned(load_scene("sicm-kicked", ['want.quantities=["theta"]'])).plan.states
+    >>> plan_scene(load_scene("sicm-kicked", ['want.quantities=["theta"]'])).plan.states
     2
     """
     from heavytop.run.planning import plan, read_options

@@ -250,7 +250,7 @@ def clean(values: Iterable[Any]) -> list[float | None]:
 
     Examples
     --------
-    >>> settled([-15, -7.1e-15, "12.3", None])
+    >>> clean([-15, -7.1e-15, "12.3", None])
     [-15.0, 0.0, 12.3, None]
     """
     found = [None if value is None else float(value) for value in values]

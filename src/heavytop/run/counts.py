@@ -49,7 +49,7 @@ def count_events(motion: Motion, end: float, asked: Collection[str] = EVENTS) ->
     --------
     >>> from heavytop.scene.scene import load_scene
     >>> scene = load_scene("sicm-dropped")
-    >>> tally(Motion(scene.top, scene.start), 2.0)
+    >>> count_events(Motion(scene.top, scene.start), 2.0)
     {'turning': (10, 10), 'reversal': (0, 0), 'cusp': (5, 5)}
     """
     if not asked or motion.regime.steady or _is_doubtful(motion):

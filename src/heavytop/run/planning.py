@@ -310,7 +310,7 @@ def choose_precision(expected: CostModel, found: Plan) -> Plan:
     --------
     >>> from heavytop.scene.scene import load_scene
     >>> scene = load_scene("sicm-kicked")
-    >>> ends = [Forecast(scene, Motion(scene.top, scene.start), t) for t in (2, 1e3)]
+    >>> ends = [CostModel(scene, Motion(scene.top, scene.start), t) for t in (2, 1e3)]
     >>> [choose_precision(expected, Plan("axis")).projected for expected in ends]
     [False, True]
     """
@@ -328,7 +328,7 @@ def next_plan(expected: CostModel, tried: Plan, factor: float, said: str) -> Pla
 
     Parameters
     ----------
-    expected : Forecast
+    expected : CostModel
     tried : Plan
         What was run, of `completed_plan`.
     factor : float

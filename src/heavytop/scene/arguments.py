@@ -131,8 +131,8 @@ def integer(name: str, value: object, least: int, most: float = math.inf) -> int
 def gather(broken: Broken | None = None) -> Iterator[Callable[..., Any]]:
     """Let functions refuse what they are given; all that is wrong is raised at the end, at once.
 
-    >>> with gathering() as attempt:
-    ...     attempt(whole, "jobs", 0, 1), attempt(whole, "seed", 7, 1)
+    >>> with gather() as attempt:
+    ...     attempt(integer, "jobs", 0, 1), attempt(integer, "seed", 7, 1)
     Traceback (most recent call last):
     ...
     heavytop.errors.Impossible: jobs = 0: a whole number, at least 1

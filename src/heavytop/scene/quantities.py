@@ -368,7 +368,7 @@ def need_of(quantities: tuple[str, ...]) -> Need:
 def judged_quantities(quantities: tuple[str, ...]) -> tuple[str, ...]:
     """The quantities whose errors must meet the digits, by those that are wanted.
 
-    >>> judged(("attitude", "reaction"))
+    >>> judged_quantities(("attitude", "reaction"))
     ('attitude', 'axis', 'rates')
     """
     moving = [name for name in quantities if QUANTITIES[name].need > Need.NOTHING]

@@ -134,7 +134,7 @@ class Axis:
 def even_values(low: Exact, high: Exact, count: int) -> Iterator[float]:
     """Numbers from one to another, as many as are asked for, each the double nearest the exact one.
 
-    >>> [*evenly(Exact.of("0"), Exact.of("0.3"), 4)]
+    >>> [*even_values(Exact.of("0"), Exact.of("0.3"), 4)]
     [0.0, 0.1, 0.2, 0.3]
     """
     first, last = (Fraction(float(x)) if x.fraction is None else x.fraction for x in (low, high))

@@ -303,7 +303,7 @@ def insert_times(times: Sequence[float]) -> list[float]:
     From one to the next a phase that grows as t² does not reach half a period, where it looks
     small.
 
-    >>> [round(n, 3) for n in watched(sample_times(10, 2))]
+    >>> [round(n, 3) for n in insert_times(sample_times(10, 2))]
     [0.618, 1.618, 3.618, 7.618, 9.618]
     """
     doubled = (2.0**k - 1 + SAMPLE_PHASE for k in range(int(times[-1] + 1).bit_length()))

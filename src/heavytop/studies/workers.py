@@ -143,7 +143,7 @@ def sent_tasks(executor: Executor) -> int:
     --------
     >>> from concurrent.futures import ThreadPoolExecutor
     >>> with ThreadPoolExecutor(3) as pool:
-    ...     count_sent(pool)
+    ...     sent_tasks(pool)
     6
     """
     if isinstance(executor, InProcess):
