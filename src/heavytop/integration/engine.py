@@ -113,7 +113,7 @@ class Leg(NamedTuple):
         Steps taken.
     rows : ndarray, shape (k, n)
         States at those of the sample times that were reached.
-    hits : tuple of Seen, one per event function
+    hits : tuple of TimedStates, one per event function
         Its zeros.
     singular : bool
         Whether the next step would have left the finite numbers.

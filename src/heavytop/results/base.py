@@ -307,7 +307,8 @@ def skipped_runs(skipped: Iterable[Mapping[str, Any]]) -> Iterator[str]:
 
     Examples
     --------
-    >>> [*skipped_runs([{"method": name, "reason": "no time"} for name in ("auto", "strang", "auto")])]
+    >>> skipped = [{"method": name, "reason": "no time"} for name in ("auto", "strang", "auto")]
+    >>> [*skipped_runs(skipped)]
     ['no time: auto (2), strang (1)']
     """
     for (reason,), same in group(skipped, "reason").items():

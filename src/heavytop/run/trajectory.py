@@ -181,7 +181,7 @@ class Trajectory(Run, Played):
 
         Parameters
         ----------
-        seen : Seen
+        seen : TimedStates
             States, and when they were seen.
         """
         form, known, plan = self.orbit.integrator.formulation, self.orbit.parameters, self.plan
