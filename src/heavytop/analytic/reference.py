@@ -237,7 +237,7 @@ def _time(value: Any) -> Fraction:
     except (NotANumber, ArithmeticError):
         exact = None
     if exact is None:
-        raise Refused(f"numbers or decimal texts in seconds, not {arguments.shown(value)}")
+        raise Refused(f"numbers or decimal texts in seconds, not {arguments.value_text(value)}")
     return exact
 
 

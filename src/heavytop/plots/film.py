@@ -31,7 +31,7 @@ from heavytop.plots.drawn_run import Clip
 from heavytop.plots.sphere import PUSH, View, circle, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, literal
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Range, Reader, only, path_of
+from heavytop.scene.arguments import Range, Reader, path_of, restrict
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene, expect_scene
 
@@ -380,7 +380,7 @@ ENDS: Final = f"the name of a film ends in {', '.join(FILM_WRITERS)}"
 SIDE: Final = Range(64, 4096, whole=True)
 SIDES: Final = "width and height, two whole numbers from 64 to 4096, such as 800x600"
 FILM_OPTIONS: Final[Mapping[str, Reader]] = {
-    "path": only(partial(path_of, "path"), lambda path: path.suffix.lower() in FILM_WRITERS, ENDS),
+    "path": restrict(partial(path_of, "path"), lambda x: x.suffix.lower() in FILM_WRITERS, ENDS),
     "seconds": Range(0.1, 600),
     "fps": Range(1, 50),
     "size": _size,

@@ -1,7 +1,7 @@
-"""Arguments: each function says what it takes, and an error says what would be right.
+"""Checks of arguments, with errors that say what would be right.
 
 Checks of single arguments raise at once. Options and lists of names are read as a whole, so that
-every fault is told. Top and State read their numbers here too.
+every fault is listed. Top and State read their numbers here too.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from heavytop.text import LONGEST_NAME, cut, nearest, printable, with_article
 T = TypeVar("T")
 Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused`
 
-_MOST_SHOWN: Final = 60  # characters of a value, in a message
-_SHOWN_KINDS: Final = str, bytes, numbers.Number, Exact, type(None)  # shown by their value
+_LONGEST_VALUE: Final = 60  # characters of a value, in a message
+_PRINTED_TYPES: Final = str, bytes, numbers.Number, Exact, type(None)  # others are named by type
 
 
 # --- values in messages ----------------------------------------------------------------------
@@ -39,34 +39,36 @@ class NumberText(str):
     __slots__ = ()
 
 
-def shown(value: object) -> str:
-    """Return a value for a message, short."""
+def value_text(value: object) -> str:
+    """Return a value for a message: its text, cut to 60 characters, or the name of its type."""
     try:
-        text = _spelled(value)
+        text = _full_text(value)
     except (RecursionError, ValueError):  # nested too deeply, or an integer too long to print
-        text = _a(type(value))
-    return cut(text, _MOST_SHOWN)
+        text = _type_name(type(value))
+    return cut(text, _LONGEST_VALUE)
 
 
-def _spelled(value: object) -> str:
+def _full_text(value: object) -> str:
+    """The text of a value, spelled as in TOML where there is a spelling."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str) and not isinstance(value, NumberText):
         return f'"{printable(value[:100])}"'
     if isinstance(value, list | tuple):
-        return f"[{', '.join(_spelled(item) for item in value[:20])}]"
-    if isinstance(value, _SHOWN_KINDS):
-        return printable(str(value))
-    return _spelled(os.fspath(value)) if isinstance(value, os.PathLike) else _a(type(value))
+        return f"[{', '.join(_full_text(item) for item in value[:20])}]"
+    if isinstance(value, os.PathLike):
+        return _full_text(os.fspath(value))
+    return printable(str(value)) if isinstance(value, _PRINTED_TYPES) else _type_name(type(value))
 
 
-def _a(kind: type) -> str:
+def _type_name(kind: type) -> str:
+    """The name of a type with its article; a str is a text, a dict a table."""
     name = kind.__name__[:LONGEST_NAME]
     return with_article({"str": "text", "dict": "table"}.get(name, name))
 
 
-def short(x: Exact) -> str:
-    """Return a number for a message, exactly where that is short, so that it can be copied."""
+def short_text(x: Exact) -> str:
+    """Return a number for a message: exact in at most 24 characters, else to 17 digits."""
     exact = text_of(x)
     return exact if x.fraction is not None and len(exact) <= 24 else f"{float(x):.17g}"
 
@@ -75,12 +77,12 @@ def short(x: Exact) -> str:
 
 
 def wrong_type(name: str, what: str, value: object) -> WrongType:
-    """Return what refuses a value that is not what an argument takes, in words."""
-    return WrongType(f"{name}: {what}, not {shown(value)}")
+    """Return the error for a value of a wrong type; `what` says in words what is taken."""
+    return WrongType(f"{name}: {what}, not {value_text(value)}")
 
 
 def expect(name: str, value: object, kind: type[T], hint: str = "") -> T:
-    """Return an argument that is of a type; the hint says where one is to be had.
+    """Return an argument of a type; raise `WrongType` for another, with a hint where one is had.
 
     >>> expect("top", "sicm", float)
     Traceback (most recent call last):
@@ -88,25 +90,25 @@ def expect(name: str, value: object, kind: type[T], hint: str = "") -> T:
     heavytop.errors.WrongType: top: a float, not "sicm"
     """
     if not isinstance(value, kind):
-        raise wrong_type(name, _a(kind) + (f" ({hint})" if hint else ""), value)
+        raise wrong_type(name, _type_name(kind) + (f" ({hint})" if hint else ""), value)
     return value
 
 
 def path_of(name: str, value: object) -> Path:
-    """Return the path that an argument is: a text, or what stands for one as a `Path` does."""
+    """Return the path of an argument, a text or path-like; raise `WrongType` for anything else."""
     if isinstance(value, str | os.PathLike) and isinstance(found := os.fspath(value), str):
         return Path(found)
     raise wrong_type(name, "a path", value)
 
 
 def check_callable(name: str, value: object) -> None:
-    """Refuse an argument that is there and is no function."""
+    """Raise `WrongType` for an argument that is neither a function nor None."""
     if not (value is None or callable(value)):
         raise wrong_type(name, "a function", value)
 
 
 def read_argument(name: str, value: object, read: Reader) -> Any:
-    """Return an argument as its reader makes it; `Impossible` where that refuses it.
+    """Return the value that a reader makes of an argument; raise `Impossible` where it refuses.
 
     >>> read_argument("digits", "x", Range(1, 10, whole=True))
     Traceback (most recent call last):
@@ -120,7 +122,7 @@ def read_argument(name: str, value: object, read: Reader) -> Any:
 
 
 def integer(name: str, value: object, least: int, most: float = math.inf) -> int:
-    """Return the whole number within bounds that an argument is."""
+    """Return an argument as an int; raise `Impossible` where it is none from `least` to `most`."""
     return int(read_argument(name, value, Range(least, most, whole=True)))
 
 
@@ -129,7 +131,7 @@ def integer(name: str, value: object, least: int, most: float = math.inf) -> int
 
 @contextmanager
 def gather(broken: Broken | None = None) -> Iterator[Callable[..., Any]]:
-    """Let functions refuse what they are given; all that is wrong is raised at the end, at once.
+    """Collect the `Impossible` that functions raise, and raise all of them together at the end.
 
     >>> with gather() as attempt:
     ...     attempt(integer, "jobs", 0, 1), attempt(integer, "seed", 7, 1)
@@ -155,9 +157,9 @@ def gather(broken: Broken | None = None) -> Iterator[Callable[..., Any]]:
 def parse_options(
     file: str, given: Mapping[str, object], readers: Mapping[str, Reader], table: str = ""
 ) -> tuple[dict[str, Any], list[Fault]]:
-    """Return the values that are right, each as its reader makes it, and what is wrong.
+    """Return the valid values, each as its reader makes it, and a fault for each other one.
 
-    Faults name `file`, and keys with their `table` before them.
+    Faults name `file`, and keys with `table` before them.
 
     >>> readers = {"jobs": Range(1, 9), "seed": Range(0, 9)}
     >>> parse_options("drift", {"jobs": 0, "seed": 3}, readers)[0]
@@ -171,13 +173,13 @@ def parse_options(
                 raise Refused("unknown key", nearest(key, readers) or known)
             values[key] = readers[key](value)
         except Refused as wrong:
-            faults.append(Fault(file, None, table + key, shown(value), wrong.rule, wrong.hint))
+            faults.append(Fault(file, None, table + key, value_text(value), wrong.rule, wrong.hint))
     return values, faults
 
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Reads a number within bounds, which belong to them: any real one, or integers alone.
+    """A reader of numbers from `least` to `most`, both included: real ones, or integers alone.
 
     >>> Range(1, 1e6)(100), Range(1, 1024, whole=True)(2)
     (100.0, 2)
@@ -192,7 +194,7 @@ class Range:
     whole: bool = False
 
     def __call__(self, value: object) -> Any:
-        """Return a value as a plain number."""
+        """Return a value as a float or an int; raise `Refused` outside the bounds."""
         found: Any = math.nan
         with suppress(TypeError, OverflowError, ValueError):  # longer than any float; an sNaN
             if self.whole:
@@ -207,8 +209,8 @@ class Range:
         raise Refused(f"{kind} from {self.least:{style}} to {self.most:{style}}")
 
 
-def only(read: Reader, fits: Callable[[Any], object], rule: str) -> Reader:
-    """Return what reads a value as another reader does, and refuses what does not fit."""
+def restrict(read: Reader, fits: Callable[[Any], object], rule: str) -> Reader:
+    """Return a reader that reads as another does, and refuses values that do not fit."""
 
     def read_fitting(value: object) -> Any:
         found = read(value)
@@ -219,19 +221,19 @@ def only(read: Reader, fits: Callable[[Any], object], rule: str) -> Reader:
     return read_fitting
 
 
-def a(kind: type) -> Reader:
-    """Return what reads a value of a type."""
-    return only(lambda value: value, lambda value: isinstance(value, kind), _a(kind))
+def instance_of(kind: type) -> Reader:
+    """Return a reader that takes the values of a type, unchanged."""
+    return restrict(lambda value: value, lambda value: isinstance(value, kind), _type_name(kind))
 
 
 JOBS: Final = Range(1, 1024, whole=True)  # processes, or threads
-positive = partial(only, fits=lambda x: x.sign() == 1, rule="must be greater than 0")
-not_negative = partial(only, fits=lambda x: x.sign() != -1, rule="must not be negative")
-not_zero = partial(only, fits=Exact.sign, rule="not 0: a span has a length")
+positive = partial(restrict, fits=lambda x: x.sign() == 1, rule="must be greater than 0")
+not_negative = partial(restrict, fits=lambda x: x.sign() != -1, rule="must not be negative")
+not_zero = partial(restrict, fits=Exact.sign, rule="not 0: a span has a length")
 
 
 def one_of(known: Mapping[str, T]) -> Callable[[object], T]:
-    """Return what reads a name out of a table."""
+    """Return a reader that takes a name, and gives its value in a table."""
 
     def read(value: object) -> T:
         if not isinstance(value, str) or value not in known:
@@ -242,7 +244,7 @@ def one_of(known: Mapping[str, T]) -> Callable[[object], T]:
 
 
 def items_of(value: Any) -> list[Any] | None:
-    """Return the items of a list, as a list; of what is none, a text or a single number, None."""
+    """Return the items of a sequence or an array as a list; None of a text or a single value."""
     with suppress(TypeError):  # of an array of no dimension too
         return None if isinstance(value, str | bytes) else list(value)
     return None
@@ -251,10 +253,10 @@ def items_of(value: Any) -> list[Any] | None:
 def parse_names(
     file: str, key: str, given: object, read: Callable[[Any], T], kinds: Any = str, least: int = 1
 ) -> tuple[list[T], list[Fault]]:
-    """Return what the names of a list stand for, and what is wrong with the others.
+    """Return the values that names stand for, and a fault for each name that stands for none.
 
-    There are at least so many names, each a text or what else of `kinds` stands for one; `read`
-    takes it or raises `Refused`. Faults name `file` and `key`, which is a plural.
+    Names are of the types `kinds`, and at least `least` of them; `read` returns the value of one,
+    or raises `Refused`. Faults name `file` and `key`, which is a plural.
 
     >>> found, wrong = parse_names("stress", "cases", ["cups"], one_of({"cusp": 1}))
     >>> print(wrong[0])
@@ -262,7 +264,7 @@ def parse_names(
     """
     names = items_of(given)
     if names is None:
-        return [], [Fault(file, None, key, shown(given), "a sequence of names")]
+        return [], [Fault(file, None, key, value_text(given), "a sequence of names")]
     found, faults = [], []
     for name in names:
         try:
@@ -270,7 +272,7 @@ def parse_names(
                 raise Refused("a name, as text")
             found.append(read(name))
         except Refused as wrong:
-            value = name[:LONGEST_NAME] if name and isinstance(name, str) else shown(name)
+            value = name[:LONGEST_NAME] if name and isinstance(name, str) else value_text(name)
             faults.append(Fault(file, None, key, value, wrong.rule, wrong.hint))
     if len(names) < least:
         faults.append(Fault(file, None, key, "", f"at least one {key.removesuffix('s')}"))
@@ -285,7 +287,10 @@ Broken: TypeAlias = list[tuple[str, str]]
 
 
 class Way(NamedTuple):
-    """One way to say a thing: slots, each for one of its names, of which so many are needed."""
+    """A set of names that determine a thing: one name out of each slot, or out of `needed` slots.
+
+    `make` computes the thing from the values, by name; `optional` slots may stay empty.
+    """
 
     name: str
     slots: tuple[tuple[str, ...], ...]
@@ -294,7 +299,7 @@ class Way(NamedTuple):
     needed: int | None = None  # of the slots; all of them
 
     def lacking(self, given: Collection[str]) -> list[tuple[str, ...]]:
-        """The slots that nothing fills."""
+        """The slots of which no name is given."""
         return [slot for slot in self.slots if not {*slot} & {*given}]
 
     def foreign(self, given: Collection[str]) -> list[str]:
@@ -302,13 +307,13 @@ class Way(NamedTuple):
         return [name for name in given if not any(name in x for x in self.slots + self.optional)]
 
     def distance(self, given: Collection[str]) -> float:
-        """The share of its slots that are empty, and how many names are foreign."""
+        """The share of empty slots, plus the number of names that belong in none."""
         return len(self.lacking(given)) / len(self.slots) + len(self.foreign(given))
 
 
-@lru_cache(64)  # most things are said in the same few ways
+@lru_cache(64)  # most tops and starts are given by the same few names
 def broken_names(way: Way, given: tuple[str, ...]) -> Broken:
-    """What is missing, stands twice or does not belong to a way, by name."""
+    """Return the names that are missing, excluded by another, or foreign to a way, and why."""
     broken: Broken = []
     for slot in (*way.slots, *way.optional):
         first, *more = [name for name in slot if name in given] or [""]
@@ -329,7 +334,7 @@ def broken_names(way: Way, given: tuple[str, ...]) -> Broken:
 def exact_numbers(
     refused: type[Impossible], way: Way, given: Mapping[str, object], readers: Mapping[str, Reader]
 ) -> dict[str, Any]:
-    """Return the values of a way as exact numbers; all that is wrong is raised at once."""
+    """Return the values of a way as exact numbers; raise `refused` with all faults at once."""
     values, faults = parse_options("", given, readers)
     broken = broken_names(way, tuple(name for name in given if name in readers))
     if faults or broken:
@@ -343,12 +348,12 @@ def drop_none(**values: object) -> dict[str, Any]:
 
 
 def set_fields(instance: object, values: Mapping[str, object]) -> None:
-    """Set fields of a frozen instance that is being made."""
+    """Set fields of a frozen instance, in its `__init__`."""
     for name, value in values.items():
         object.__setattr__(instance, name, value)
 
 
-def as_call(name: str, /, **values: object) -> str:
-    """Return the call that makes an instance, its numbers as the texts they are read from."""
+def call_text(name: str, /, **values: object) -> str:
+    """Return the text of the call that makes an instance, with exact numbers as texts."""
     texts = {key: str(x) if isinstance(x, Exact) else x for key, x in values.items()}
     return f"{name}({', '.join(f'{key}={value!r}' for key, value in texts.items())})"

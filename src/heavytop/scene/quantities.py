@@ -1,8 +1,8 @@
-"""The table of quantities: what a number is, wherever it stands, and what a scene may want.
+"""The table of quantities: symbol, unit, name and format of each number, and what scenes may want.
 
-Terminal, pages, figures, netCDF, JSON descriptions and the player take symbol, unit, name and
-format from here; runs and the closed form the columns that hold what is wanted, and what makes
-those that follow from others. A new quantity is a row of `QUANTITIES`.
+Terminal, pages, figures, netCDF, JSON descriptions and the player read it. For runs and the closed
+form it says which columns hold a quantity, and how those that follow from others are computed.
+A new quantity is a row of `QUANTITIES`.
 """
 
 from __future__ import annotations
@@ -37,31 +37,31 @@ class Need(IntEnum):
 
 
 Units: TypeAlias = Mapping[str, tuple[str, float]]
-"""By a unit of SI another one, and how many of it one of SI is."""
+"""For a unit of SI the unit that is shown in its place, and the factor from SI to it."""
 
 SI: Final[Units] = {}
 UNITS_SHOWN: Final[ContextVar[Units]] = ContextVar("units", default=SI)
-"""The units that people asked for, in place of those of SI."""
+"""The units in which numbers are shown, where they are not those of SI."""
 
 
 def read_units(names: str) -> Units:
-    """Read a list such as deg,rpm,ms; `Impossible` where one of them is no unit.
+    """Read a list such as deg,rpm,ms; raise `Impossible` where one of them is no unit.
 
     >>> read_units("deg,ms")["s"]
     ('ms', 1000.0)
     """
-    asked = [each.strip() for each in names.split(",")]
-    if wrong := [name for name in asked if name not in parse.UNITS]:
-        hints = "; ".join(filter(None, (parse.unit_hint(name, parse.UNITS) for name in wrong)))
-        rule = f"{', '.join(wrong)}: units are {', '.join(parse.UNITS)}"
+    listed = [each.strip() for each in names.split(",")]
+    if unknown := [name for name in listed if name not in parse.UNITS]:
+        hints = "; ".join(filter(None, (parse.unit_hint(name, parse.UNITS) for name in unknown)))
+        rule = f"{', '.join(unknown)}: units are {', '.join(parse.UNITS)}"
         raise Impossible([("unit", str(Refused(rule, hints)))])
-    of = {name: si for si, units in parse.UNITS_OF.items() for name in units}
-    return {of[name]: (name, float(1 / parse.UNITS[name])) for name in asked}
+    si_unit = {name: si for si, units in parse.UNITS_OF.items() for name in units}
+    return {si_unit[name]: (name, float(1 / parse.UNITS[name])) for name in listed}
 
 
 @contextmanager
 def show_units(units: Units) -> Iterator[None]:
-    """Let people see these units in place of those of SI."""
+    """Show these units in place of those of SI, within a ``with`` block."""
     token = UNITS_SHOWN.set(units)
     try:
         yield
@@ -80,9 +80,9 @@ class Quantity(NamedTuple):
         As a plain text; "1" of a number without a unit.
     name : str
     format : str
-        As of `format`; after ``^`` that of a proved bound, which is rounded up.
+        A format of Python; after ``^`` that of a proved bound, which is rounded up.
     parts : str
-        Of a vector the letters of its components.
+        The letters of the components of a vector; empty for a number.
     need : Need
         How much of the motion must be followed where a scene wants it.
     columns : tuple of str
@@ -90,11 +90,12 @@ class Quantity(NamedTuple):
     judged_by : tuple of str
         The quantities whose errors must meet the digits where it is wanted, if not its own.
     of : callable or None
-        Of one that follows from others: a function of a record, which has ``t``, ``theta`` and the
-        other columns of a run or of the closed form, in doubles or in mpmath's numbers, and of the
-        exact `Motion`, whose top is exact; its period is a double, of more digits its `mpf`.
+        A function that computes it, where it follows from others: of a record with ``t``, ``theta``
+        and the other columns of a run or of the closed form, in doubles or in mpmath's numbers, and
+        of the exact `Motion`. The top of that is exact; its period is a double, its `mpf` has more
+        digits.
     given : tuple of str
-        What of a top it needs that not every top has.
+        Numbers of a top that it needs, and that not every top has.
     """
 
     symbol: str
@@ -110,7 +111,7 @@ class Quantity(NamedTuple):
 
     @property
     def shown(self) -> tuple[str, float]:
-        """The unit in which it is shown, and how many of it one of SI is."""
+        """The unit in which it is shown, and the factor from SI to that unit."""
         return UNITS_SHOWN.get().get(self.unit, (self.unit, 1.0))
 
     @property
@@ -130,15 +131,15 @@ class Quantity(NamedTuple):
 
     @property
     def attributes(self) -> dict[str, str]:
-        """What a variable of a netCDF file says of itself."""
+        """The attributes of its variable in a netCDF file."""
         return {"long_name": self.name or self.symbol, "units": self.cf_unit}
 
     def missing(self, top: Any) -> list[str]:
-        """What it needs of a top that this one does not have."""
+        """The numbers that it needs and that this top does not have."""
         return [name for name in self.given if getattr(top, name) is None]
 
     def text(self, value: Any, digits: int = 17) -> str:
-        """A value as a person reads it, to so many digits at most; a text that is no number as is.
+        """Return a value as text, with at most so many digits; a text that is no number unchanged.
 
         >>> QUANTITIES["theta"].text(2 / 3, 3), QUANTITIES["bound"].text(1.41e-15)
         ('0.667', '1.5e-15')
@@ -148,12 +149,10 @@ class Quantity(NamedTuple):
         if isinstance(value, list | tuple):
             return f"[{', '.join(self.text(x, digits) for x in value)}]"
         factor = self.shown[1]
-        if factor != 1.0:
-            value = read_decimal(value)
+        value = value if factor == 1.0 else read_decimal(value)
         if isinstance(value, str | bool) or not self.format:
             return str(value)
-        if factor != 1.0:
-            value = float(value) * factor
+        value = value if factor == 1.0 else float(value) * factor
         form = PRECISION.sub(lambda precision: str(min(int(precision[0]), digits)), self.format)
         if form.startswith("^"):
             up = Context(prec=int(form[2]) + 1, rounding=ROUND_CEILING)
@@ -162,7 +161,7 @@ class Quantity(NamedTuple):
         return f"{float(text):.0f}" if "e+0" in text and form.endswith("g") else text
 
     def with_unit(self, *values: Any, between: str = " to ", form: str = "") -> str:
-        """Values with their unit, as it is or as people asked for it.
+        """Return values as text with their unit, or with the unit chosen in its place.
 
         >>> QUANTITIES["theta"].with_unit(0.5, 1), QUANTITIES["omega3"].with_unit("30 rpm")
         ('0.5 to 1 rad', '30 rpm')
@@ -177,20 +176,21 @@ class Quantity(NamedTuple):
 
 
 def read_decimal(value: Any) -> Any:
-    """A number from a text of more digits than a double has; another text as it is."""
+    """Return the double of a text that is a number of more digits; anything else unchanged."""
     with suppress(ValueError):
         return float(value) if isinstance(value, str) else value
     return value
 
 
 def number_like(column: Any) -> Callable[[Exact], Any]:
-    """What makes an exact number one of those of a column: a float, or one of mpmath's."""
+    """Return the function from an exact number to the type of a column: float, or mpmath's mpf."""
     first = column.item(0) if getattr(column, "size", 0) else column
     ctx = getattr(first, "context", None)
     return float if ctx is None else lambda exact: exact.mpf(ctx)
 
 
 def _reaction(record: Any, motion: Any) -> Any:
+    """The force of the pivot on the top [N], in space."""
     return motion.top.reaction(record.axis, record.omega, number_like(record.t))
 
 
@@ -293,7 +293,7 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
 
 
 def wanted() -> tuple[str, ...]:
-    """What a scene may want."""
+    """The names of the quantities that a scene may want."""
     return tuple(name for name, quantity in QUANTITIES.items() if quantity.need < Need.NEVER)
 
 
@@ -305,16 +305,16 @@ UNIT_OF: Final[Mapping[str, str]] = {
     **dict.fromkeys(("apex", "base", "centre"), "m"),
     **{"mass": "kg", "gravity": "m/s²", "density": "kg/m³", "time": "s", "periods": ""},
 }
-"""What each number of a scene is in, by its key."""
+"""The unit of each number of a scene, by its key."""
 PLAIN_NUMBER: Final[Reader] = partial(Exact.of, units=())
 QUANTITY_READERS: Final[Mapping[str, Reader]] = {
     name: partial(Exact.of, units=parse.UNITS_OF[unit]) for name, unit in UNIT_OF.items()
 }
-"""What reads each of them."""
+"""The reader of each number of a scene, by its key."""
 
 
 def quantity_of(name: str) -> Quantity:
-    """What a name stands for; of an error, or of a name without a row, what follows from it.
+    """Return the quantity of a name; of an error, or of a name without a row, one made from it.
 
     >>> quantity_of("theta_error").name, quantity_of("digits").heading
     ('error of tilt of the axis from the upward vertical', 'digits')
@@ -328,16 +328,16 @@ def quantity_of(name: str) -> Quantity:
 
 
 def values_of(record: Any, name: str, motion: Any) -> Any:
-    """A column of a run, or of the closed form, at the times of a record of it.
+    """Return a quantity at the times of a record, which is of a run or of the closed form.
 
-    Both are held against each other with the same exact motion, that of the scene.
+    For a run and the closed form it is computed with the same exact motion, that of the scene.
     """
     of = quantity_of(name).of
     return getattr(record, name) if of is None else of(record, motion)
 
 
 def derived(top: Any) -> tuple[str, ...]:
-    """The columns that follow from others, of those for which a top has what they need."""
+    """The quantities that are computed from columns, and for which a top has the numbers."""
     return tuple(n for n, of in QUANTITIES.items() if of.of and not of.missing(top))
 
 

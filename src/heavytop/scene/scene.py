@@ -31,13 +31,15 @@ _RIVALS: Final = (
     ("time", "periods"), ("psidot", "omega3"), ("omega3", "p_psi"), ("E", "E_prime"),
     ("A", "A_cm"), ("C", "C_cm"),
 )  # fmt: skip
-"""Keys of which a change of one displaces the other."""
+"""Pairs of keys of which a table has one: setting one removes the other."""
 _IN_QUOTES: Final = 'texts, units and expressions stand in quotes, such as theta = "30 deg"'
 
 _ARGUMENTS: Final = {
     **TABLES["want"],
     **{name: SCENE_READERS[name] for name in ("title", "source")},
-    **{name: arguments.a(kind) for name, kind in (("top", Top), ("start", State), ("name", str))},
+    "top": arguments.instance_of(Top),
+    "start": arguments.instance_of(State),
+    "name": arguments.instance_of(str),
 }
 
 
@@ -72,7 +74,7 @@ class Scene(Shown):
     Raises
     ------
     BadScene
-        Anything is out of its rule; every fault is listed.
+        A value breaks its rule; every fault is listed.
 
     Examples
     --------
@@ -115,18 +117,18 @@ class Scene(Shown):
             values |= {"time": None, "periods": None} | scene_file.read_span(spans)
         except Impossible as error:
             faults += scene_file.faults_of(error, "Scene", spans)
-        body = values.get("top")
-        for each in values.get("quantities", ()) if body else ():
-            if missing := QUANTITIES[each].missing(body):
-                rule = f"missing: {each} needs {' and '.join(missing)}"
+        top_read = values.get("top")
+        for quantity in values.get("quantities", ()) if top_read else ():
+            if missing := QUANTITIES[quantity].missing(top_read):
+                rule = f"missing: {quantity} needs {' and '.join(missing)}"
                 faults.append(Fault(name, None, f"top.{missing[0]}", "", rule))
         refuse(faults)
         arguments.set_fields(self, values)
 
     def __repr__(self) -> str:
         values = {each.name: getattr(self, each.name) for each in fields(self)}
-        there = {name: value for name, value in values.items() if value not in (None, "")}
-        return arguments.as_call("Scene", **there)
+        stated = {name: value for name, value in values.items() if value not in (None, "")}
+        return arguments.call_text("Scene", **stated)
 
     def __str__(self) -> str:
         return f"{self.title or self.name}: {self.top}, {self.start}"
@@ -135,7 +137,7 @@ class Scene(Shown):
         """The scene as the tables of its file: exact numbers, texts, tuples of names."""
         top = {name: getattr(self.top, name) for name in ("A", "C", "gMR", "mass", "distance")}
         gravity = dict(self.top.given).get("gravity")
-        if gravity is not None and self.top.distance == 0:  # of which gMR = 0 says nothing
+        if gravity is not None and self.top.distance == 0:  # gMR = 0 does not give the weight
             top |= {"gMR": None, "gravity": gravity}
         return {
             "format": FORMAT,
@@ -152,7 +154,7 @@ class Scene(Shown):
         return scene_file.toml_text(self.tables())
 
     def document(self) -> dict[str, Any]:
-        """The scene for JSON: numbers where 15 digits say them exactly, else their exact text."""
+        """The scene for JSON: numbers where 15 digits are exact, else their exact text."""
         return dict(scene_file.json_ready({"name": self.name} | self.tables()))
 
     def changed(self, key: str, value: Number) -> Scene:
@@ -161,14 +163,14 @@ class Scene(Shown):
         Parameters
         ----------
         key : str
-            Of the top or of the start, as they were given.
+            A key of the top or of the start, among those that they can be given by.
         value : number
-            The new value; what cannot stand beside it gives way, as ω3 does to ψ̇.
+            The new value; it removes a value that excludes it, as ψ̇ removes ω3.
 
         Raises
         ------
         BadScene
-            There is no such scene.
+            The key is not of the top or of the start, or the changed scene is impossible.
 
         Examples
         --------
@@ -224,10 +226,10 @@ def load_scene(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = 
     -14
     """
     arguments.path_of("name_or_path", name_or_path)
-    given = os.fspath(name_or_path)
-    shipped = isinstance(name_or_path, str) and given in shipped_names()
-    path = FOLDER / f"{given}.toml" if shipped else Path(given)
-    return read_scene(_text_of(path, given), where=given, overrides=overrides)
+    name = os.fspath(name_or_path)
+    shipped = isinstance(name_or_path, str) and name in shipped_names()
+    path = FOLDER / f"{name}.toml" if shipped else Path(name)
+    return read_scene(_text_of(path, name), where=name, overrides=overrides)
 
 
 def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -> Scene:
@@ -236,9 +238,9 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     Parameters
     ----------
     text : str
-        What a scene file holds.
+        The content of a scene file.
     where : str
-        A name for it, in messages and of files.
+        Its name in messages; without folder and ending also the name of the scene.
     overrides : sequence of str
         Changes, as of `load_scene`.
 
@@ -262,21 +264,21 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
         raw = scene_file.parse(text)
     except ValueError as error:
         _refuse_line(where, text, str(error))
-    changed, wrong = apply_changes(raw, overrides)
-    values, in_tables = scene_file.read_tables(where, raw)
-    if wrong or in_tables:
+    changed, faults = apply_changes(raw, overrides)
+    values, faults_in_tables = scene_file.read_tables(where, raw)
+    if faults or faults_in_tables:
         lines = {key: line for line, key, _ in reversed([*scene_file.written_keys(text)])}
-        for fault in in_tables:
+        for fault in faults_in_tables:
             line = lines.get(fault.key, lines.get(fault.key.partition(".")[0]))
-            there = {"file": CHANGES_SOURCE} if fault.key in changed else {"line": line}
-            wrong.append(replace(fault, **there))
-        wrong.sort(key=lambda fault: fault.line or 0)
-        raise BadScene(wrong)
+            place = {"file": CHANGES_SOURCE} if fault.key in changed else {"line": line}
+            faults.append(replace(fault, **place))
+        faults.sort(key=lambda fault: fault.line or 0)
+        raise BadScene(faults)
     return Scene(**values, name=Path(where).stem)
 
 
 def scene_of(document: Mapping[str, Any]) -> Scene:
-    """Return the scene of a stored `Scene.document`: its top and its start; its span is one period.
+    """Return the scene with top and start of a stored `Scene.document`, over one nutation period.
 
     Examples
     --------
@@ -291,7 +293,7 @@ def scene_of(document: Mapping[str, Any]) -> Scene:
 
 
 def expect_scene(scene: object) -> Scene:
-    """Return an argument that is a scene; `WrongType` where it is none, but a name, say."""
+    """Return an argument that is a scene; raise `WrongType` for anything else, such as a name."""
     return arguments.expect("scene", scene, Scene, "load_scene gives one by its name")
 
 
@@ -301,11 +303,12 @@ def expect_scene(scene: object) -> Scene:
 def _refuse(
     where: str, rule: str, hint: str = "", line: int = 0, key: str = "scene", value: str = ""
 ) -> NoReturn:
+    """Raise `BadScene` with one fault."""
     raise BadScene((Fault(where, line or None, key, value, rule, hint),))
 
 
 def _text_of(path: Path, where: str) -> str:
-    """The text of a file of bounded size."""
+    """The text of a file of at most `MAX_BYTES` bytes; `BadScene` where it cannot be read."""
     try:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
@@ -323,19 +326,19 @@ def _text_of(path: Path, where: str) -> str:
 
 
 def _refuse_line(where: str, text: str, message: str) -> NoReturn:
-    """Refuse a text that is no TOML, and show the line at fault."""
+    """Raise `BadScene` for a text that is no TOML, with the line at fault."""
     match = re.search(r"at line ([0-9]+)", message)
     line = int(match[1]) if match else 0
-    there = (words for number, *words in scene_file.written_keys(text) if number == line)
-    key, value = (cut(words, 60) for words in next(there, ("scene", "")))
+    at_line = (words for number, *words in scene_file.written_keys(text) if number == line)
+    key, value = (cut(words, 60) for words in next(at_line, ("scene", "")))
     _refuse(where, f"not TOML: {message}", _IN_QUOTES, line, key, value)
 
 
 def _hint_at_scene(path: Path) -> str:
-    """A hint at the scene that may have been meant by a name that none has."""
-    beside = sorted(file.stem for file in path.parent.glob("*.toml"))
-    if meant := closest(path.stem, beside):
-        return f'did you mean "{path.with_name(meant + ".toml")}"?'
+    """A hint for the message about an unknown name: the existing scene with the nearest name."""
+    in_folder = sorted(file.stem for file in path.parent.glob("*.toml"))
+    if similar := closest(path.stem, in_folder):
+        return f'did you mean "{path.with_name(similar + ".toml")}"?'
     return nearest(path.stem, shipped_names()) or "heavytop scenes lists those that are shipped"
 
 
@@ -343,14 +346,14 @@ def _hint_at_scene(path: Path) -> str:
 
 
 def apply_changes(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[Fault]]:
-    """Change `raw` as asked; the keys that were changed, and the changes that cannot be made.
+    """Change the tables `raw`; return the changed keys, and a fault for each impossible change.
 
-    A title names changes of the motion: it would go on asserting what they may have undone.
+    Changes of top and start are appended to the title, which may no longer be true after them.
     """
     if not isinstance(overrides, list | tuple) or not all(isinstance(x, str) for x in overrides):
         rule = 'a list of texts, such as ["start.phidot=-14"]'
-        return set(), [Fault("heavytop", None, "overrides", arguments.shown(overrides), rule)]
-    changed, of_motion, wrong = set(), dict[str, Any](), []
+        return set(), [Fault("heavytop", None, "overrides", arguments.value_text(overrides), rule)]
+    changed, of_motion, faults = set(), dict[str, Any](), []
     for change in overrides:
         key, equals, text = (part.strip() for part in change.partition("="))
         name, _, last = key.rpartition(".")
@@ -358,7 +361,7 @@ def apply_changes(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[F
         table = raw.setdefault(name, {}) if name and readable else raw
         if not readable or not isinstance(table, dict):
             rule = "a change is KEY=VALUE, such as start.phidot=-14"
-            wrong.append(Fault(CHANGES_SOURCE, None, change[:60], "", rule))
+            faults.append(Fault(CHANGES_SOURCE, None, change[:60], "", rule))
             continue
         _displace(table, last, _override_value(text))
         changed.add(key)
@@ -367,11 +370,11 @@ def apply_changes(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[F
     title = raw.get("title")
     if of_motion and "title" not in changed and type(title) is str and len(title) <= MAX_TITLE:
         raw["title"] = cut(printable(f"{title}; with {', '.join(of_motion.values())}"), MAX_TITLE)
-    return changed, wrong
+    return changed, faults
 
 
 def _displace(table: dict[str, Any], key: str, value: object) -> None:
-    """Set a value, in place of those that cannot stand beside it."""
+    """Set a value in a table, and remove the key that excludes it."""
     for pair in _RIVALS:
         if key in pair:
             table.pop(pair[1 - pair.index(key)], None)
@@ -379,7 +382,7 @@ def _displace(table: dict[str, Any], key: str, value: object) -> None:
 
 
 def _override_value(text: str) -> object:
-    """A TOML value where it is one, else the text itself: no quotes needed around pi/3."""
+    """The TOML value of a text, or the text itself, so that pi/3 needs no quotes."""
     try:
         value = scene_file.parse(f"value = {text}")
     except ValueError:

@@ -1,7 +1,7 @@
-"""Scene files: TOML in and out, the shipped ones, tables of keys, rules and ways to say a thing.
+"""Scene files: reading and writing of TOML, the readers of each key, the shipped scenes.
 
-What reads a table returns its values together with everything that is wrong with it, so that one
-reading of a scene finds every fault.
+A function that reads a table returns its values and all its faults, so that one reading of a scene
+finds every fault.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from heavytop.errors import BadScene, Fault, Impossible, Refused
 from heavytop.exact import Exact
-from heavytop.scene import arguments, scene_file, starts
+from heavytop.scene import arguments, starts
 from heavytop.scene.arguments import NumberText, Range, Reader
 from heavytop.scene.quantities import QUANTITY_READERS, wanted
 from heavytop.scene.state import State
@@ -34,14 +34,14 @@ _HEADER: Final = re.compile(r"\s*\[\s*([\w.-]+)\s*\]")
 _KEY: Final = re.compile(r"\s*([\w.-]+|\"[^\"]*\"|'[^']*')\s*=")
 _BARE: Final = re.compile(r"-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?")
 _LONGEST_BARE: Final = 100
-_CONTROLS: Final = {"Cc", "Cf", "Cn", "Cs", "Zl", "Zp"}  # what steers a terminal, or is no letter
+_CONTROLS: Final = {"Cc", "Cf", "Cn", "Cs", "Zl", "Zp"}  # Unicode categories: controls, unassigned
 
 
 # --- TOML in ---------------------------------------------------------------------------------
 
 
 def parse(text: str) -> dict[str, Any]:
-    """Return the tables of a TOML text, decimals as they are spelled; a ValueError says where not.
+    """Return the tables of a TOML text, decimals as they are spelled; a ValueError names the line.
 
     >>> parse("x = 1.50")
     {'x': '1.50'}
@@ -53,12 +53,13 @@ def parse(text: str) -> dict[str, Any]:
 
 
 def _decimal(spelling: str) -> NumberText | float:
+    """A TOML float as it is spelled, without underscores; inf and nan as floats."""
     spelling = spelling.replace("_", "")
     return float(spelling) if spelling[-1].isalpha() else NumberText(spelling)  # inf and nan
 
 
 def written_keys(text: str) -> Iterator[tuple[int, str, str]]:
-    """Line, dotted name and spelled value of every table and key, which tomllib does not tell."""
+    """Yield line, dotted name and spelled value of every table and key; tomllib has no lines."""
     table = ""
     for number, line in enumerate(text.splitlines(), start=1):
         if header := _HEADER.match(line):
@@ -73,6 +74,7 @@ def written_keys(text: str) -> Iterator[tuple[int, str, str]]:
 
 
 def _text(value: object) -> str:
+    """A title or a source; `Refused` where it is no text, too long, or has control characters."""
     if not isinstance(value, str) or isinstance(value, NumberText):
         raise Refused("a text in quotes")
     if len(value) > MAX_TITLE:
@@ -83,6 +85,8 @@ def _text(value: object) -> str:
 
 
 def _names(known: Callable[[], tuple[str, ...]], least: int) -> Reader:
+    """The reader of a list of at least so many known names, each at most once."""
+
     def read(value: object) -> tuple[str, ...]:
         allowed = known()
         rule = f'a list such as ["{allowed[2]}"] of {", ".join(allowed)}, each at most once'
@@ -119,13 +123,13 @@ SCENE_READERS: Final[Mapping[str, Reader]] = {
     "format": _format,
     "title": _text,
     "source": _text,
-    **dict.fromkeys(TABLES, arguments.a(dict)),
+    **dict.fromkeys(TABLES, arguments.instance_of(dict)),
 }
 _NEEDED: Final = {"format": f"missing: a scene begins with format = {FORMAT}"} | {
     table: f"missing: a scene has a table [{table}]" for table in ("top", "start")
 }
 _HOMES: Final = {key: name for name, keys in TABLES.items() for key in keys}
-_MEANT: Final = {  # what others call it
+_MEANT: Final = {  # keys that people try, and what they are called here
     **dict.fromkeys(("I", "I1", "I_1", "Ixx"), "A, about the pivot, or A_cm"),
     **dict.fromkeys(("I3", "I_3", "Izz"), "C, about the axis"),
     **dict.fromkeys(("m", "M"), "mass"), "g": "gravity",
@@ -142,15 +146,15 @@ _SPAN: Final = arguments.Way("a span", (), dict, (("time", "periods"),))
 
 
 def read_span(raw: Mapping[str, object]) -> dict[str, Exact]:
-    """Return the span that a table says; `Impossible` where it says none, or two."""
+    """Return the time or the periods of a table; raise `Impossible` where it has both."""
     return arguments.exact_numbers(Impossible, _SPAN, raw, TABLES["span"])
 
 
 def faults_of(
     error: Impossible, file: str, given: Mapping[str, object], table: str = ""
 ) -> list[Fault]:
-    """Return what is wrong with values, each with its place."""
-    shown = {key: arguments.shown(value) for key, value in given.items()}
+    """Return the faults of an error, each with file, key and value."""
+    shown = {key: arguments.value_text(value) for key, value in given.items()}
     return [
         replace(fault, file=file, key=table + fault.key, value=shown.get(fault.key, ""))
         for fault in error.faults
@@ -159,12 +163,12 @@ def faults_of(
 
 
 def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
-    """Return what a scene says, by the names of the arguments of `Scene`, and every fault."""
+    """Return the arguments of `Scene` that the tables of a file give, and every fault."""
     found, faults = arguments.parse_options(file, raw, SCENE_READERS)
     faults += [Fault(file, None, key, "", rule) for key, rule in _NEEDED.items() if key not in raw]
     tables = {name: found.pop(name) for name in TABLES if name in found}  # the top before the start
-    wants, wrong = arguments.parse_options(file, tables.pop("want", {}), TABLES["want"], "want.")
-    faults += wrong
+    wants, of_wants = arguments.parse_options(file, tables.pop("want", {}), TABLES["want"], "want.")
+    faults += of_wants
     for name, table in tables.items():
         try:
             if name == "top":
@@ -176,11 +180,11 @@ def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], l
         except Impossible as error:
             faults += faults_of(error, file, table, f"{name}.")
     found.pop("format", None)
-    return found | wants, [*map(_hint_at_table, faults)]
+    return found | wants, [*map(_add_hint, faults)]
 
 
-def _hint_at_table(fault: Fault) -> Fault:
-    """The fault of an unknown key with the table in which it would be known, or what it is here."""
+def _add_hint(fault: Fault) -> Fault:
+    """Return a fault; of an unknown key with its table, or with its name in this package."""
     table, _, key = fault.key.rpartition(".")
     home, meant = _HOMES.get(key, table), _MEANT.get(key)
     if not fault.rule.startswith("unknown key") or (home == table and not meant):
@@ -216,7 +220,7 @@ def _toml(value: object) -> str:
 
 
 def json_ready(value: object) -> Any:
-    """Return the same for JSON: a number where 15 digits say it exactly, else its text."""
+    """Return a value for JSON: numbers where 15 digits are exact, else their exact text."""
     if isinstance(value, Mapping):
         return {key: json_ready(item) for key, item in value.items()}
     if not isinstance(value, Exact):
@@ -247,7 +251,7 @@ def shipped_scenes() -> dict[str, str]:
     'SICM 2.10, let go from rest: cusps'
     """
     texts = {name: shipped_text(name) for name in shipped_names()}
-    return {name: scene_file.parse(text)["title"] for name, text in texts.items()}
+    return {name: parse(text)["title"] for name, text in texts.items()}
 
 
 def shipped_text(name: str) -> str:
@@ -279,5 +283,5 @@ def shipped_text(name: str) -> str:
 
 
 def shipped_names() -> list[str]:
-    """Their names, in the order of the alphabet."""
+    """The names of the scenes that come with the package, in alphabetical order."""
     return sorted(path.stem for path in FOLDER.glob("*.toml"))

@@ -1,4 +1,4 @@
-"""Homogeneous solids of revolution, of which a top may be made.
+"""Homogeneous solids of revolution, which a top may be made of.
 
 A solid is placed on the axis by its distance z from the pivot [m]; `Top.from_solids` adds them up.
 Moments are the textbook's (Landau & Lifshitz, Mechanics, section 32, problem 2).
@@ -194,27 +194,27 @@ def combine(parts: Iterable[Solid]) -> Solid:
 
 
 def read_solids(value: object) -> tuple[Solid, ...]:
-    """The solids of a list, each a `Solid` or a table that says one."""
+    """The solids of a list, each given as a `Solid` or as a table with its shape and sizes."""
     given = items_of(value)
     if not given or not all(isinstance(each, Solid | dict) for each in given):
         rule = 'the parts of a body, at least one solid, such as {shape = "disc", radius = 0.1, …}'
         raise Refused(rule)
-    found, wrong = [], []
+    solids, faults = [], []
     for number, each in enumerate(given, start=1):
         try:
-            found.append(each if isinstance(each, Solid) else solid(**each))
-        except ImpossibleTop as broken:
-            wrong += [f"of solid {number} {fault}" for fault in broken.faults]
-    if wrong:
-        raise Refused("; ".join(wrong))
-    return tuple(found)
+            solids.append(each if isinstance(each, Solid) else solid(**each))
+        except ImpossibleTop as error:
+            faults += [f"of solid {number} {fault}" for fault in error.faults]
+    if faults:
+        raise Refused("; ".join(faults))
+    return tuple(solids)
 
 
 # --- a solid by the name of its shape --------------------------------------------------------
 
 
 def solid(shape: object = None, **given: object) -> Solid:
-    """The solid of a shape of `SOLIDS`, by the sizes that the shape has."""
+    """The solid of a shape of `SOLIDS`, with its sizes, place, and density or mass."""
     if not isinstance(shape, str) or shape not in SOLIDS:
         rule = f"one of {', '.join(SOLIDS)} {nearest(shape, SOLIDS)}"
         raise ImpossibleTop([("shape", rule.rstrip())])
@@ -227,6 +227,7 @@ def solid(shape: object = None, **given: object) -> Solid:
 
 
 def _cylinder(values: Numbers) -> dict[str, Exact]:
+    """Volume, centre and moments by the mass of a cylinder, which may have a hole."""
     height = values["thickness"] if "thickness" in values else values["length"]
     outer = values["outer"] if "outer" in values else values["radius"]
     inner = values.get("inner", Exact.of(0))
@@ -242,6 +243,7 @@ def _cylinder(values: Numbers) -> dict[str, Exact]:
 
 
 def _cone(values: Numbers) -> dict[str, Exact]:
+    """Volume, centre and moments by the mass of a cone."""
     r, height = values["radius"], values["base"] - values["apex"]
     if height.sign() == 0:
         raise ImpossibleTop([("base", "apart from the apex")])
@@ -254,13 +256,14 @@ def _cone(values: Numbers) -> dict[str, Exact]:
 
 
 def _sphere(values: Numbers) -> dict[str, Exact]:
+    """Volume, centre and moments by the mass of a ball."""
     r = values["radius"]
-    moment = r**2 * 2 / 5
-    volume = PI * r**3 * 4 / 3
+    volume, moment = PI * r**3 * 4 / 3, r**2 * 2 / 5
     return {"volume": volume, "centre": values["centre"], "across": moment, "along": moment}
 
 
 def _shape(name: str, make: Callable[..., dict[str, Any]], *sizes: str) -> Way:
+    """The values that determine a solid: its sizes, its place, and density or mass."""
     place = () if {"apex", "centre"} & {*sizes} else (("centre", "base"),)
     return Way(name, (*((size,) for size in sizes), *place, ("density", "mass")), make)
 
@@ -276,4 +279,4 @@ SOLIDS: Final[Mapping[str, Way]] = {
     "rod": _shape("a rod", _cylinder, "radius", "length"),
     "sphere": _shape("a sphere", _sphere, "radius", "centre"),
 }
-"""What each shape takes [m], and its volume, its centre, and its moments by the mass [m²]."""
+"""For each shape its sizes [m], and what computes volume, centre and moments by the mass [m²]."""

@@ -1,7 +1,8 @@
-"""The ways to say how a top starts, and the Euler angles and rates that each of them means.
+"""Starts: the Euler angles and rates that the keys of a start determine.
 
-A way takes one name out of each of its slots. All of it is exact: an angle that follows from a
-rotation or from constants is the arccosine of an exact number.
+A start is given by angles and rates, by an angular velocity, by constants of the motion, or as
+steady precession. All numbers are exact: an angle that follows from a rotation or from constants
+is the arccosine of an exact number.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from heavytop.errors import ImpossibleStart, Refused
 from heavytop.exact import ONE, PI, Exact, acos, cos, sin, sqrt
 from heavytop.exact.number import ZERO
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Numbers, Reader, Way, exact_numbers, one_of, only, short
+from heavytop.scene.arguments import Numbers, Reader, Way, exact_numbers, one_of, short_text
 from heavytop.scene.quantities import ANGLES, PLAIN_NUMBER, QUANTITY_READERS, RATES
 from heavytop.scene.top import Top
 
@@ -28,34 +29,34 @@ _FIELDS: Final = ("theta", "thetadot", "phi", "phidot", "psi")
 _ENERGIES: Final = ("E", "E_prime")
 _MOMENTA: Final = ("p_phi", "p_psi")
 _SPINS: Final = ("psidot", "omega3")
-_PLACED: Final = ("quaternion", "rotation")
-_PHI_PSI: Final = ((*_PLACED, "phi"), (*_PLACED, "psi"))
+_ROTATIONS: Final = ("quaternion", "rotation")
+_PHI_PSI: Final = ((*_ROTATIONS, "phi"), (*_ROTATIONS, "psi"))
 _DEGREES: Final = range(4, 361)  # a θ that is one of these was hardly meant in radians
-_NEARLY: Final = 1e-6  # so far a rotation may be from a rotation
+_ROTATION_ERROR: Final = 1e-6  # by which R Rᵀ may differ from 1
 
 
 def read_start(given: Mapping[str, object], top: Top | None) -> dict[str, Any]:
-    """Return the fields of the `State` that a start says, in any of its ways.
+    """Return the fields of the `State` that the keys of a start determine.
 
     Raises
     ------
     ImpossibleStart
-        No motion has what is given, or it is not that of a way.
+        No motion has these values, or the keys do not determine a start.
     """
     way = _way_of(given)
     given = exact_numbers(ImpossibleStart, way, _complete(way, given), START_READERS)
     if way not in (ANGLE_RATES, OMEGA) and not isinstance(top, Top):
         raise ImpossibleStart([(WITHOUT_TOP, "a Top, from which this start follows")])
     values, notice = _fold(given)
-    if {*_PLACED} & given.keys():
-        values = {**values, **_attitude(values)}
+    if {*_ROTATIONS} & given.keys():
+        values = {**values, **_euler_angles(values)}
     found = {**dict.fromkeys(_FIELDS, ZERO), **values, **way.make(values, top)}
     fields = {name: found[name] for name in (*_FIELDS, "held", "spin")}
     return fields | {"given": tuple(given.items()), "notices": (notice,) * bool(notice)}
 
 
 def _way_of(given: Values) -> Way:
-    """The way that the names of a start begin."""
+    """The kind of start that some names belong to."""
     if "steady" in given:
         return SPIN_OF_STEADY if given["steady"] is True else STEADY_START
     if {*_ENERGIES, *_MOMENTA} & given.keys():
@@ -64,28 +65,28 @@ def _way_of(given: Values) -> Way:
 
 
 def _complete(way: Way, given: Values) -> Values:
-    """A start with what is left out and is 0: rates, and θ̇ where no energy gives it."""
+    """A start with 0 for the angles and rates that are left out, for θ̇ only without an energy."""
     if way is ANGLE_RATES:
-        names = ("thetadot", "phidot") if {*_PLACED} & given.keys() else _FIELDS
+        names = ("thetadot", "phidot") if {*_ROTATIONS} & given.keys() else _FIELDS
         spin = {} if {*_SPINS} & given.keys() else {"psidot": ZERO}
         return {**dict.fromkeys(names, ZERO), **given, **spin}
-    still = way is CONSTANTS_START and not {*_ENERGIES} & given.keys()
-    return {"thetadot": ZERO, **given} if still else given
+    at_rest = way is CONSTANTS_START and not {*_ENERGIES} & given.keys()
+    return {"thetadot": ZERO, **given} if at_rest else given
 
 
 def _fold(given: Values) -> tuple[Values, str]:
-    """The same start with θ in [0, π], and what is said of that."""
+    """The same start with θ in [0, π], and the notice that says so; empty where θ was there."""
     theta = given.get("theta", ZERO)
     q = theta.fraction
-    if q is not None and 0 <= q.numerator <= 3 * q.denominator:  # as nearly all are
+    if q is not None and 0 <= q.numerator <= 3 * q.denominator:  # nearly all: no π is needed
         return given, ""
-    around = theta
-    while turns := round(float(around) / (2 * math.pi)):  # of many turns the number is rounded
-        around -= 2 * PI * turns
-    if around.sign() == -1:
-        around += 2 * PI
-    beyond = (PI - around).sign() == -1
-    tilt = 2 * PI - around if beyond else around
+    reduced = theta
+    while turns := round(float(reduced) / (2 * math.pi)):  # the count of many turns is rounded
+        reduced -= 2 * PI * turns
+    if reduced.sign() == -1:
+        reduced += 2 * PI
+    beyond = (PI - reduced).sign() == -1
+    tilt = 2 * PI - reduced if beyond else reduced
     if (theta - tilt).sign() == 0:
         return given, ""
     values, turned = {**given, "theta": tilt}, ""
@@ -105,12 +106,13 @@ def _fold(given: Values) -> tuple[Values, str]:
 
 
 def _from_rates(values: Values, _: object) -> dict[str, Any]:
+    """The spin of a start with angles and rates, as ψ̇ or as ω₃."""
     held = "omega3" if "omega3" in values else "psidot"
     return {"held": held, "spin": values.get(held, ZERO)}
 
 
 def _from_omega(values: Values, _: object) -> dict[str, Any]:
-    """Rates by the angular velocity: θ̇ along the line of nodes, φ̇ sinθ across it, ω₃."""
+    """The rates of an angular velocity: θ̇ along the line of nodes, φ̇ sinθ across it, ω₃."""
     theta, phi, psi = (values.get(name, ZERO) for name in ("theta", "phi", "psi"))
     u, s = cos(theta), sin(theta)
     if "omega_body" in values:
@@ -125,14 +127,14 @@ def _from_omega(values: Values, _: object) -> dict[str, Any]:
         return rates | {"phidot": across / s}
     if across.sign() == 0:
         return rates
-    # on a pole the line of nodes is turned to where the axis goes
+    # on the vertical φ is free: the line of nodes is chosen so that the axis moves across it
     speed = _length(along, across)
     turn = _angle(u * along / speed, u * across / speed)
     return rates | {"thetadot": u * speed, "phi": phi + u * turn, "psi": psi - turn}
 
 
-def _attitude(values: Values) -> dict[str, Exact]:
-    """Euler's angles, z-x-z; on the vertical a rotation is all φ."""
+def _euler_angles(values: Values) -> dict[str, Exact]:
+    """Euler's angles, z-x-z, of a quaternion or a rotation; on the vertical ψ = 0."""
     w, x, y, z = values["quaternion"] if "quaternion" in values else _quaternion(values["rotation"])
     up, down = w**2 + z**2, x**2 + y**2
     if down.sign() == 0:
@@ -148,18 +150,19 @@ def _attitude(values: Values) -> dict[str, Exact]:
 
 
 def _length(a: Exact, b: Exact) -> Exact:
-    """√(a² + b²), without a root where one of them is 0."""
+    """√(a² + b²), exactly |a| or |b| where the other is 0."""
     if a.sign() != 0 and b.sign() != 0:
         return sqrt(a**2 + b**2)
     return -(a + b) if (a + b).sign() == -1 else a + b
 
 
 def _angle(cosine: Exact, sine: Exact) -> Exact:
+    """The angle in (−π, π] of a cosine and the sign of a sine."""
     return -acos(cosine) if sine.sign() == -1 else acos(cosine)
 
 
 def _quaternion(R: Sequence[Sequence[Exact]]) -> list[Exact]:
-    """A quaternion of a rotation: exactly its own, or of a rounded one that of a near rotation."""
+    """A quaternion of a rotation matrix; of a rounded matrix that of a rotation near it."""
     (a, b, c), (d, e, f), (g, h, i) = R
     rows = (
         (ONE + a + e + i, h - f, c - g, d - b),
@@ -174,14 +177,14 @@ def _quaternion(R: Sequence[Sequence[Exact]]) -> list[Exact]:
 
 
 def _from_constants(values: Values, top: Top) -> dict[str, Any]:
-    """The start with four of E (or E′), p_φ, p_ψ (or ω₃), θ and θ̇."""
+    """θ, θ̇, φ̇ and spin, by four of E (or E′), p_φ, p_ψ (or ω₃), θ and θ̇."""
     x = {"p_psi": top.C * values["omega3"]} if "omega3" in values else {}
     x |= {name: values[name] for name in (*_MOMENTA, "theta", "thetadot") if name in values}
     if top.C.sign() == 0 and x.get("p_psi", ONE).sign() != 0:
         raise ImpossibleStart([("p_psi", "0 of a point mass (C = 0), which has no spin")])
     if {*_ENERGIES} & values.keys():
         (unknown,) = {*_MOMENTA, "theta", "thetadot"} - x.keys()
-        x[unknown] = _theta(top, values, x) if unknown == "theta" else _root(top, values, x)
+        x[unknown] = (_solve_tilt if unknown == "theta" else _solve_quadratic)(top, values, x)
     spin = values.get("omega3", ZERO if top.C.sign() == 0 else x["p_psi"] / top.C)
     return x | {"phidot": _precession_rate(top, x), "held": "omega3", "spin": spin}
 
@@ -194,45 +197,15 @@ def _precession_rate(top: Top, x: Numbers) -> Exact:
         return across / (top.A * sin2)
     if across.sign() != 0:
         pole = "p_psi" if u == 1 else "-p_psi"
-        where = f"equal to {pole} = {short(x['p_psi'] * u)} at this theta"
+        where = f"equal to {pole} = {short_text(x['p_psi'] * u)} at this theta"
         raise ImpossibleStart([("p_phi", f"{where}: nothing else reaches the vertical")])
     return x["p_psi"] * u / (2 * top.A)
 
 
-def _rest(top: Top, values: Values, x: Numbers) -> Exact:
-    """The energy of θ̇, and of the spin where it counts, of those that are known."""
-    turning = "E" in values and "p_psi" in x and top.C.sign() != 0
-    spinning = x["p_psi"] ** 2 / (2 * top.C) if turning else ZERO
-    return spinning + top.A * x.get("thetadot", ZERO) ** 2 / 2
-
-
-def _too_low(values: Values, x: Numbers, least: Exact, more: str = "") -> ImpossibleStart:
-    """What refuses an energy, with the least that there is and what these momenta are at rest."""
-    where = f"at theta = {values['theta']}" if "theta" in values else "with these momenta"
-    rest = ""
-    if x.keys() >= {*_MOMENTA} and abs(float(x["p_phi"])) <= abs(float(x["p_psi"])) > 0:
-        tilt = float(acos(x["p_phi"] / x["p_psi"]) * 180 / PI)
-        rest = f"; these momenta at rest have theta = {tilt:.4g} deg"
-    return ImpossibleStart([(_energy_of(values), f"at least {short(least)} {where}{more}{rest}")])
-
-
-def _energy_of(values: Values) -> str:
-    """Which of the two energies is given."""
-    return "E" if "E" in values else "E_prime"
-
-
-def _branch(values: Values, first: str, second: str) -> int:
-    """1 or −1 by the branch, of two motions that fit."""
-    branch = values.get("branch", first)
-    if branch not in (first, second):
-        raise ImpossibleStart([("branch", f'"{first}" or "{second}" here')])
-    return 1 if branch == first else -1
-
-
-def _root(top: Top, values: Values, x: Numbers) -> Exact:
-    """Of p_φ, p_ψ and θ̇ the unknown one: the energy is least + (unknown − middle)² / square."""
+def _solve_quadratic(top: Top, values: Values, x: Numbers) -> Exact:
+    """The unknown one of p_φ, p_ψ and θ̇: the energy is least + (unknown − middle)² / square."""
     u, sin2 = cos(x["theta"]), sin(x["theta"]) ** 2
-    least, middle = top.gMR * u + _rest(top, values, x), ZERO
+    least, middle = top.gMR * u + _known_energy(top, values, x), ZERO
     branches = "forward", "backward"
     if "thetadot" not in x:
         branches, square = ("falling", "rising"), 2 / top.A
@@ -241,21 +214,21 @@ def _root(top: Top, values: Values, x: Numbers) -> Exact:
         middle, square = x["p_psi"] * u, 2 * top.A * sin2
     else:
         across, along = top.A * sin2, ZERO if "E_prime" in values else 1 / top.C
-        body = u**2 + across * along  # in that of θ̇ … of p_ψ
+        body = u**2 + across * along
         if top.C.sign() == 0 or sin2.sign() == 0 or body.sign() == 0:
             raise ImpossibleStart([("p_psi", "missing: it does not follow here")])
         middle, square = x["p_phi"] * u / body, 2 * across / body
         least += x["p_phi"] ** 2 * along / (2 * body)
-    excess = values[_energy_of(values)] - least
+    excess = values[_energy_name(values)] - least
     if excess.sign() == -1 or (square.sign() == 0 and excess.sign() != 0):
-        raise _too_low(values, x, least)
-    return middle + _branch(values, *branches) * sqrt(excess * square)
+        raise _energy_error(values, x, least)
+    return middle + _branch_sign(values, *branches) * sqrt(excess * square)
 
 
-def _theta(top: Top, values: Values, x: Numbers) -> Exact:
-    """The root of a cubic equation in cosθ between which and another the axis nods."""
-    rest = _rest(top, values, x)
-    free, p_phi, p_psi = values[_energy_of(values)] - rest, x["p_phi"], x["p_psi"]
+def _solve_tilt(top: Top, values: Values, x: Numbers) -> Exact:
+    """The unknown θ, where θ̇ is given: its cosine is a root of a cubic in (−1, 1)."""
+    known = _known_energy(top, values, x)
+    free, p_phi, p_psi = values[_energy_name(values)] - known, x["p_phi"], x["p_psi"]
     roots = _real_roots(
         2 * top.A * top.gMR,
         -2 * top.A * free - p_psi**2,
@@ -264,13 +237,45 @@ def _theta(top: Top, values: Values, x: Numbers) -> Exact:
     )
     between = [u for u in roots if (ONE - u**2).sign() == 1]  # p_φ = ±p_ψ has a pole as a root
     if not between:
-        least, at = _lowest(top, float(p_phi), float(p_psi))
-        raise _too_low(values, x, Exact.of(least) + rest, f", which have it at theta = {at:.6g}")
-    return acos(between[0 if _branch(values, "falling", "rising") == 1 else -1])
+        least, at = _least_energy(top, float(p_phi), float(p_psi))
+        where = f", which have it at theta = {at:.6g}"
+        raise _energy_error(values, x, Exact.of(least) + known, where)
+    return acos(between[0 if _branch_sign(values, "falling", "rising") == 1 else -1])
+
+
+def _known_energy(top: Top, values: Values, x: Numbers) -> Exact:
+    """The energy of a known θ̇, and that of a known spin where the energy that is given is E."""
+    spins = "E" in values and "p_psi" in x and top.C.sign() != 0
+    spin_energy = x["p_psi"] ** 2 / (2 * top.C) if spins else ZERO
+    return spin_energy + top.A * x.get("thetadot", ZERO) ** 2 / 2
+
+
+def _energy_name(values: Values) -> str:
+    """Which of the two energies is given."""
+    return "E" if "E" in values else "E_prime"
+
+
+def _branch_sign(values: Values, first: str, second: str) -> int:
+    """1 for the first of two branches, which is the default, −1 for the second."""
+    branch = values.get("branch", first)
+    if branch not in (first, second):
+        raise ImpossibleStart([("branch", f'"{first}" or "{second}" here')])
+    return 1 if branch == first else -1
+
+
+def _energy_error(values: Values, x: Numbers, least: Exact, more: str = "") -> ImpossibleStart:
+    """The error for too low an energy, with the least one and the tilt of these momenta at rest."""
+    where = f"at theta = {values['theta']}" if "theta" in values else "with these momenta"
+    rest = ""
+    if x.keys() >= {*_MOMENTA} and abs(float(x["p_phi"])) <= abs(float(x["p_psi"])) > 0:
+        tilt = float(acos(x["p_phi"] / x["p_psi"]) * 180 / PI)
+        rest = f"; these momenta at rest have theta = {tilt:.4g} deg"
+    rule = f"at least {short_text(least)} {where}{more}{rest}"
+    return ImpossibleStart([(_energy_name(values), rule)])
 
 
 def _real_roots(a: Exact, b: Exact, c: Exact, d: Exact) -> list[Exact]:
-    """The real roots of a cubic or quadratic equation that has as many, decreasing; else none."""
+    """The real roots, decreasing, of a cubic or quadratic with real roots alone; else no roots."""
     if a.sign() == 0:
         inside = c**2 - 4 * b * d
         if b.sign() == 0 or inside.sign() == -1:
@@ -288,28 +293,28 @@ def _real_roots(a: Exact, b: Exact, c: Exact, d: Exact) -> list[Exact]:
     return [size * cos(third - 2 * PI * k / 3) - b / 3 for k in range(3)]
 
 
-def _lowest(top: Top, p_phi: float, p_psi: float) -> tuple[float, float]:
-    """The least energy, without that of the spin and of θ̇, and its θ, by trisection."""
+def _least_energy(top: Top, p_phi: float, p_psi: float) -> tuple[float, float]:
+    """The minimum of the effective potential without p_ψ²/2C, and its θ, by trisection."""
     A, gMR = float(top.A), float(top.gMR)
 
-    def height(theta: float) -> float:
+    def potential(theta: float) -> float:
         u = math.cos(theta)
         return gMR * u + ((p_phi - p_psi * u) / math.sin(theta)) ** 2 / (2 * A)
 
     low, high = 1e-9, math.pi - 1e-9
     for _ in range(120):
         left, right = (2 * low + high) / 3, (low + 2 * high) / 3
-        low, high = (low, right) if height(left) < height(right) else (left, high)
-    return height(low), low
+        low, high = (low, right) if potential(left) < potential(right) else (left, high)
+    return potential(low), low
 
 
 # --- steady precession -----------------------------------------------------------------------
 
 
-def _steady(values: Values, top: Top) -> dict[str, Any]:
-    """A cosθ Ω² − p_ψ Ω + gMR = 0; with ψ̇ given in place of ω₃ it has A − C in place of A.
+def _from_steady(values: Values, top: Top) -> dict[str, Any]:
+    """The rate Ω of a steady precession: A cosθ Ω² − p_ψ Ω + gMR = 0; with ψ̇ for ω₃, A − C for A.
 
-    The slow rate is taken from its partner, which neither cancels nor divides by cosθ.
+    The slow rate is 2 gMR over the larger of p_ψ ± √…, which neither cancels nor divides by cosθ.
     """
     held = "omega3" if "omega3" in values else "psidot"
     p_psi = top.C * values[held]
@@ -319,7 +324,7 @@ def _steady(values: Values, top: Top) -> dict[str, Any]:
         if top.C.sign() == 0:
             raise ImpossibleStart([("theta", "beyond pi/2: no spin holds up a point mass (C = 0)")])
         least = 2 * sqrt(square * top.gMR) / top.C
-        raise ImpossibleStart([(held, f"at least {short(least)} in magnitude at this theta")])
+        raise ImpossibleStart([(held, f"at least {short_text(least)} in magnitude at this theta")])
     root = sqrt(discriminant)
     larger = p_psi - root if p_psi.sign() == -1 else p_psi + root  # no cancellation
     fast = values["steady"] == "fast"
@@ -334,7 +339,7 @@ def _steady(values: Values, top: Top) -> dict[str, Any]:
 
 
 def _spin_of_steady(values: Values, top: Top) -> dict[str, Any]:
-    """ω₃ = (A cosθ φ̇² + gMR) / C φ̇."""
+    """The spin of a steady precession, ω₃ = (A cosθ φ̇² + gMR) / C φ̇."""
     rate = values["phidot"]
     if (top.C * rate).sign() == 0:
         raise ImpossibleStart([("phidot", "not 0, of a top that has C > 0: no spin holds it")])
@@ -342,7 +347,7 @@ def _spin_of_steady(values: Values, top: Top) -> dict[str, Any]:
     return {"held": "omega3", "spin": spin}
 
 
-# --- the ways, and what reads their values ---------------------------------------------------
+# --- the kinds of starts, and the readers of their values ------------------------------------
 
 ANGLE_RATES: Final = Way(
     "angles and rates",
@@ -359,32 +364,35 @@ CONSTANTS_START: Final = Way(
     _from_constants, (("branch",), ("phi",), ("psi",)), needed=4,
 )  # fmt: skip
 STEADY_START: Final = Way(
-    "a steady start", (("steady",), ("theta",), _SPINS[::-1]), _steady, (("phi",), ("psi",))
+    "a steady start", (("steady",), ("theta",), _SPINS[::-1]), _from_steady, (("phi",), ("psi",))
 )
 SPIN_OF_STEADY: Final = STEADY_START._replace(
     slots=(("steady",), ("theta",), ("phidot",)), make=_spin_of_steady
 )
 WITHOUT_TOP: Final = "top"
-"""What is named where a start follows from what spins, and that is not known."""
+"""The key of the fault where a start needs a top, and there is none."""
 
 
-def _steadiness(value: object) -> object:
+def _read_steady(value: object) -> object:
+    """True, "slow" or "fast"."""
     return value is True or one_of({"slow": "slow", "fast": "fast"})(value)
 
 
 def _vector(read: Reader, count: int, value: Any, rule: str = "") -> tuple[Any, ...]:
-    if len(given := arguments.items_of(value) or ()) != count:
+    """The items of a sequence of the right length, each as its reader makes it."""
+    if len(items := arguments.items_of(value) or ()) != count:
         raise Refused(rule or f"{count} numbers in a list")
-    return tuple(map(read, given))
+    return tuple(map(read, items))
 
 
-def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:
-    import numpy as np  # as few scenes need
+def _read_rotation(value: object) -> tuple[tuple[Exact, ...], ...]:
+    """The rows of a rotation matrix, which may be rounded."""
+    import numpy as np  # slow to import, and few scenes need it
 
     R = _vector(partial(_vector, PLAIN_NUMBER, 3), 3, value, "three rows of three numbers")
     rows = np.array(R, dtype=float)
-    if (off := np.abs(rows @ rows.T - np.eye(3)).max()) > _NEARLY:
-        within = f"to {_NEARLY:g}, and these are {off:.1g} off"
+    if (off := np.abs(rows @ rows.T - np.eye(3)).max()) > _ROTATION_ERROR:
+        within = f"to {_ROTATION_ERROR:g}, and these are {off:.1g} off"
         raise Refused(f"a rotation: rows of length 1, at right angles, {within}")
     if np.linalg.det(rows) < 0:
         raise Refused("a rotation, and no reflection")
@@ -393,12 +401,12 @@ def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:
 
 START_READERS: Final[dict[str, Reader]] = {
     **{name: QUANTITY_READERS[name] for name in (*ANGLES, *RATES, "omega3", *_ENERGIES, *_MOMENTA)},
-    "quaternion": only(
-        partial(_vector, PLAIN_NUMBER, 4), lambda q: any(x.sign() != 0 for x in q), "not all zero"
+    "quaternion": arguments.restrict(
+        partial(_vector, PLAIN_NUMBER, 4), lambda q: any(map(Exact.sign, q)), "not all zero"
     ),
-    "rotation": _rotation_given,
+    "rotation": _read_rotation,
     **dict.fromkeys(("omega_body", "omega_space"), partial(_vector, QUANTITY_READERS["omega3"], 3)),
     "branch": one_of({name: name for name in BRANCHES}),
-    "steady": _steadiness,
+    "steady": _read_steady,
 }
-"""What reads each value of a start."""
+"""The reader of each value of a start."""

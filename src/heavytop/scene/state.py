@@ -14,7 +14,7 @@ from typing import Any, Literal, Self, TypeAlias, TypedDict, Unpack
 from heavytop.errors import FoldedTiltWarning
 from heavytop.exact import Exact, Number, cos
 from heavytop.scene import starts
-from heavytop.scene.arguments import as_call, drop_none, set_fields
+from heavytop.scene.arguments import call_text, drop_none, set_fields
 from heavytop.scene.top import Top
 from heavytop.text import Shown
 
@@ -45,8 +45,8 @@ class State(Shown):
     thetadot, phi, phidot, psi : number, optional
         The other angles [rad] and rates [rad/s], by name; 0 where they are left out.
     psidot, omega3 : number, optional
-        The spin, as ψ̇ or as ω3 = ψ̇ + φ̇ cosθ [rad/s]; at most one of them. It says what a kick
-        holds.
+        The spin, as ψ̇ or as ω3 = ψ̇ + φ̇ cosθ [rad/s]; at most one of them. The one that is given
+        keeps its value where φ̇ or θ is changed.
     omega_body, omega_space : sequence of 3 number, optional
         The angular velocity [rad/s], along the axes of the body or of space, in place of rates.
 
@@ -55,11 +55,11 @@ class State(Shown):
     held : {"psidot", "omega3"}
         Which of the two was given.
     spin : Exact
-        What was given of it.
+        The value of that one [rad/s].
     given : tuple of (str, object)
-        The start as it was given: what a scene file says.
+        The start as it was given, by the keys of a scene file.
     notices : tuple of str
-        What was done to bring it into this form.
+        How θ was folded into [0, π], if it was.
 
     Raises
     ------
@@ -113,19 +113,19 @@ class State(Shown):
 
     @classmethod
     def of(cls, given: Mapping[str, object], top: Top | None = None) -> Self:
-        """The start that the keys of a scene's ``[start]`` say, in any of their ways.
+        """The start that the keys of a scene's ``[start]`` determine.
 
         Parameters
         ----------
         given : mapping from str to object
-            What `heavytop.scene.starts.START_READERS` has.
+            Keys of `heavytop.scene.starts.START_READERS`, and their values.
         top : Top, optional
-            What spins: constants and a steady precession need it.
+            The top; constants of the motion and a steady precession need it.
 
         Raises
         ------
         ImpossibleStart
-            Some value is out of its rule, too many or too few are given, or no motion has them.
+            A value breaks its rule, too many or too few are given, or no motion has them.
 
         Examples
         --------
@@ -137,6 +137,7 @@ class State(Shown):
         return start
 
     def _read(self, given: Mapping[str, object], top: Top | None) -> None:
+        """Set the fields of a start that is given by keys, and warn where θ is folded."""
         set_fields(self, starts.read_start(given, top))
         for notice in self.notices:
             warnings.warn(notice, FoldedTiltWarning, stacklevel=4)
@@ -152,12 +153,12 @@ class State(Shown):
         return self.spin if self.held == "omega3" else self.spin + self.phidot * cos(self.theta)
 
     def __repr__(self) -> str:
-        """What makes it, less what is 0; ω3 says what a kick holds, and stays."""
+        """The call that makes it, without numbers that are 0; ω3 stays, for it sets `held`."""
         others = {
             name: getattr(self, name) for name in ("thetadot", "phi", "phidot", "psi", self.held)
         }
         others = {name: x for name, x in others.items() if name == "omega3" or x != 0}
-        return as_call("State", theta=self.theta, **others)
+        return call_text("State", theta=self.theta, **others)
 
     @classmethod
     def kicked(
@@ -262,12 +263,12 @@ class State(Shown):
         omega3: Number | None = None,
         thetadot: Number | None = None,
     ) -> Self:
-        """The start with four of the constants of a motion, θ and θ̇.
+        """The start with four of: energy, p_φ, p_ψ (or ω3), θ and θ̇.
 
         Parameters
         ----------
         top : Top
-            What spins.
+            The top.
         E, E_prime : number, optional
             Energy [J], the spin energy p_ψ²/2C included, or without it.
         p_phi : number, optional
@@ -277,9 +278,9 @@ class State(Shown):
         theta, thetadot : number, optional
             Tilt θ [rad] and its rate [rad/s]; without an energy that rate is 0 if it is left out.
         branch : {"falling", "rising", "forward", "backward"}, optional
-            Of two motions, or of two tilts: whether θ grows or shrinks at the start, whether it is
-            the less or the greater; of two p_φ or p_ψ the greater or the less. By default the
-            first of each pair.
+            Which of two solutions: with unknown θ̇ "falling" where θ grows, "rising" where it
+            shrinks; with unknown θ the smaller and the larger tilt; with unknown p_φ or p_ψ
+            "forward" the larger and "backward" the smaller. By default "falling" or "forward".
         phi, psi : number
             The other angles [rad].
 
@@ -320,7 +321,7 @@ class State(Shown):
         Parameters
         ----------
         top : Top
-            What spins.
+            The top.
         theta : number
             Tilt θ [rad].
         omega3, psidot : number, optional
@@ -328,7 +329,7 @@ class State(Shown):
         phidot : number, optional
             Ω [rad/s], from which ω3 follows.
         which : {"slow", "fast"}
-            The rate of smaller, or of larger, magnitude; plays no part where Ω is given.
+            The rate of smaller, or of larger, magnitude; ignored where Ω is given.
         phi, psi : number
             The other angles [rad].
 

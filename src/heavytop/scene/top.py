@@ -1,4 +1,4 @@
-"""Top: what spins.
+"""Top: the rigid body.
 
 The moments of a top are about the pivot: A about any transverse axis, C about the symmetry axis;
 gMR is weight times the distance from the pivot to the centre of mass. Numbers are exact.
@@ -15,7 +15,7 @@ from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.exact import Exact, Number
 from heavytop.exact.number import ZERO
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Numbers, Reader, Way, drop_none, exact_numbers, short
+from heavytop.scene.arguments import Numbers, Reader, Way, drop_none, exact_numbers, short_text
 from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.scene.solids import Solid, combine, read_solids
 from heavytop.text import Shown
@@ -39,7 +39,7 @@ class Top(Shown):
     Attributes
     ----------
     given : tuple of (str, object)
-        The top as it was given.
+        The top as it was given, by the keys of a scene file.
 
     Raises
     ------
@@ -72,7 +72,7 @@ class Top(Shown):
     distance: Exact | None = field(compare=False)
     given: tuple[tuple[str, Any], ...] = field(compare=False)
     warning: str = field(compare=False, repr=False)
-    """The inequality of rigid bodies that it breaks; empty where it breaks none."""
+    """The inequality of rigid bodies that its moments break; empty where they break none."""
 
     def __init__(
         self,
@@ -86,19 +86,19 @@ class Top(Shown):
 
     @classmethod
     def of(cls, given: Mapping[str, object], warn: bool = True) -> Top:
-        """The top that the keys of a scene's ``[top]`` say, in any of their ways.
+        """The top that the keys of a scene's ``[top]`` determine.
 
         Parameters
         ----------
         given : mapping from str to object
-            What `heavytop.scene.top.TOP` has.
+            Keys of `heavytop.scene.top.TOP`, and their values.
         warn : bool
-            Whether a user is to be warned of moments that no rigid body has.
+            Whether to warn of moments that no rigid body has.
 
         Raises
         ------
         ImpossibleTop
-            Some value is out of its rule, or too many or too few are given.
+            A value breaks its rule, or too many or too few are given.
 
         Examples
         --------
@@ -111,7 +111,7 @@ class Top(Shown):
 
     @classmethod
     def of_numbers(cls, A: Number, C: Number, gMR: Number) -> Top:
-        """The top with numbers that are computed, of which no user is to be warned.
+        """The top with computed numbers; it never warns of moments that no rigid body has.
 
         Parameters
         ----------
@@ -126,18 +126,18 @@ class Top(Shown):
         return cls.of({"A": A, "C": C, "gMR": gMR}, warn=False)
 
     def _read(self, given: Mapping[str, object], warn: bool = True) -> None:
+        """Set the fields of a top that is given by keys of the way that fits them best."""
         names = [name for name in given if name in TOP]
         way = min(WAYS, key=lambda each: each.distance(names))
         values = exact_numbers(ImpossibleTop, way, given, TOP)
         found = way.make(values)
-        if found["A"].sign() != 1:  # of parts it is a sum
+        if found["A"].sign() != 1:  # A_cm of parts may be anything, A may not
             raise ImpossibleTop([("A", "must be greater than 0")])
-        source = tuple((found if "solids" in values else values).items())
-        warning = _impossible(found)
-        made = found | {"given": source, "warning": warning}
-        arguments.set_fields(self, {"mass": None, "distance": None} | made)
-        if warn and warning:
-            warnings.warn(warning, ImpossibleBodyWarning, stacklevel=4)
+        source = found if "solids" in values else values
+        about = {"given": tuple(source.items()), "warning": _moment_warning(found)}
+        arguments.set_fields(self, {"mass": None, "distance": None} | found | about)
+        if warn and self.warning:
+            warnings.warn(self.warning, ImpossibleBodyWarning, stacklevel=4)
 
     def reaction(self, axis: Any, omega: Any, number: Callable[[Exact], Any] = float) -> Any:
         """The force of the pivot on the top, in space, by Newton's law: M R ë + M g.
@@ -147,7 +147,7 @@ class Top(Shown):
         axis, omega : array_like, shape (…, 3)
             The axis e and the angular velocity [rad/s], in space.
         number : callable
-            What makes the numbers of the top those of the arrays.
+            The function from exact numbers of the top to the type of the arrays' numbers.
 
         Returns
         -------
@@ -174,14 +174,14 @@ class Top(Shown):
             raise ImpossibleTop([("gravity", "missing: gMR = 0 of a balanced top has no weight")])
         A, C, gMR, M, R = map(number, (self.A, self.C, self.gMR, self.mass, self.distance))
         weight = number(self.gMR / self.distance if gravity is None else self.mass * gravity)
-        e, turning, up = np.asarray(axis), np.asarray(omega), np.array([0, 0, 1])
-        rate, spin = np.cross(turning, e), np.sum(turning * e, axis=-1, keepdims=True)
-        across = gMR / A * np.cross(up, e) - C / A * spin * rate  # e × ë, of the torque about e
-        bent = np.cross(across, e) - np.sum(rate * rate, axis=-1, keepdims=True) * e
-        return M * R * bent + weight * up
+        e, omega, up = np.asarray(axis), np.asarray(omega), np.array([0, 0, 1])
+        rate, omega3 = np.cross(omega, e), np.sum(omega * e, axis=-1, keepdims=True)
+        across = gMR / A * np.cross(up, e) - C / A * omega3 * rate  # e × ë, by Euler's equations
+        acceleration = np.cross(across, e) - np.sum(rate * rate, axis=-1, keepdims=True) * e
+        return M * R * acceleration + weight * up
 
     def __repr__(self) -> str:
-        return arguments.as_call("Top", A=self.A, C=self.C, gMR=self.gMR)
+        return arguments.call_text("Top", A=self.A, C=self.C, gMR=self.gMR)
 
     @classmethod
     def from_parts(
@@ -238,7 +238,7 @@ class Top(Shown):
         Parameters
         ----------
         parts : iterable of Solid
-            Disks, rods, rings, cones and spheres of `heavytop.scene.solids`, each with its place.
+            Disks, rods, rings, cones and spheres of `heavytop.scene.solids`, at their places.
         gravity : number
             g [m s⁻²].
 
@@ -262,11 +262,11 @@ class Top(Shown):
         return cls.of({"solids": parts, "gravity": gravity})
 
 
-# --- the ways to say a top -------------------------------------------------------------------
+# --- the sets of keys that determine a top ---------------------------------------------------
 
 
 def _of_parts(values: Numbers) -> dict[str, Exact]:
-    """About the pivot, by parallel axes."""
+    """A, C and gMR of mass, distance and moments, by the parallel-axis theorem."""
     M, R = values["mass"], values["distance"]
     return {
         "A": values["A"] if "A" in values else values["A_cm"] + M * R**2,
@@ -278,9 +278,10 @@ def _of_parts(values: Numbers) -> dict[str, Exact]:
 
 
 def _of_solids(values: Mapping[str, Any]) -> dict[str, Exact]:
+    """A, C, gMR, mass and distance of a body made of solids."""
     body = combine(values["solids"])
-    known = {"gravity": values["gravity"], "mass": body.mass, "distance": body.centre}
-    return _of_parts({**known, "A": body.A, "C": body.C})
+    parts = {"gravity": values["gravity"], "mass": body.mass, "distance": body.centre}
+    return _of_parts({**parts, "A": body.A, "C": body.C})
 
 
 MOMENT_WAYS: Final = (("A",), ("C",), ("gMR",))
@@ -297,18 +298,19 @@ TOP: Final[Mapping[str, Reader]] = {
     **{name: arguments.not_negative(QUANTITY_READERS[name]) for name in ("C", "C_cm")},
     "solids": read_solids,
 }
-"""What reads each value of a top."""
+"""The reader of each value of a top."""
 
 
-def _impossible(values: Numbers) -> str:
-    """That moments, mass and distance break an inequality of rigid bodies; empty where none."""
+def _moment_warning(values: Numbers) -> str:
+    """A warning of an inequality of rigid bodies that the moments break; empty if they keep all."""
     A, C = values["A"], values["C"]
     about_pivot = values["mass"] * values["distance"] ** 2 if "mass" in values else ZERO
     A_cm, about = A - about_pivot, "_cm" if "mass" in values else ""
     if A_cm.sign() == -1:
-        broken = f"A = {short(A)} < M R² = {short(about_pivot)}"
+        broken = f"A = {short_text(A)} < M R² = {short_text(about_pivot)}"
     elif (2 * A_cm - C).sign() == -1:
-        broken = f"C{about} = {short(C)} > 2{about and ' '}A{about} = {short(2 * A_cm)}"
+        doubled = f"2{about and ' '}A{about} = {short_text(2 * A_cm)}"
+        broken = f"C{about} = {short_text(C)} > {doubled}"
     else:
         return ""
     return f"{broken}: no rigid body has these moments of inertia"
