@@ -1,4 +1,4 @@
-"""Numbers of the closed form that are balls of python-flint; `doubles` has the same functions."""
+"""The arithmetic of the closed form in balls of python-flint; `doubles` has the same functions."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from flint import arb
 from heavytop.analytic.constants import Constants
 from heavytop.analytic.roots import TooFewBits, floor, root_of, sign_of
 
-bits: Final = None  # of the constants: all that they have
+bits: Final = None  # series take as many terms as the precision of the constants needs
 atan2, sin_cos, sqrt = arb.atan2, arb.sin_cos, root_of
 
 
 def number(x: arb, beside: Any = 0) -> arb:
-    """A constant as it is."""
+    """A constant, unchanged."""
     return x
 
 
@@ -25,28 +25,28 @@ def scaled(size: Any, row: list[arb]) -> list[arb]:
 
 
 def to_number(x: arb) -> arb:
-    """A sum of many terms, which is a ball too, as a number."""
+    """The result of `linear` as a number; here it is a ball already."""
     return x
 
 
 def modulo_circle(x: arb) -> arb:
-    """An angle less whole turns, in [0, 2π] but for its radius."""
+    """An angle less whole turns: its middle is in [0, 2π)."""
     circle = 2 * arb.pi()
     return x - circle * (x.mid() / circle).mid().floor()
 
 
 def linear(start: arb, step: arb, rate: arb, slowest: Any = 0) -> Callable[..., arb]:
-    """The sum start + n step + rate t, and what else is given."""
+    """Return the function of n, t and further summands: start + n step + rate t + their sum."""
     return lambda n, t, *more: start + n * step + rate * t + sum(more, arb(0))
 
 
 def half_sum(x: arb, y: arb, sign: int) -> arb:
-    """Half of x ± y, sums of many terms."""
+    """Half of x ± y, which are results of `linear`."""
     return (x + sign * y) / 2
 
 
 def nearest(c: Constants, z: Callable[..., arb]) -> Callable[[arb], tuple[Any, ...]]:
-    """From a time to the number of the turning point nearest, whether of u₂, and z since that."""
+    """Return the function of t: the number of the nearest turning point, whether of u₂, and z."""
 
     def locate(t: arb) -> tuple[Any, ...]:
         if c.period is None:
@@ -61,23 +61,23 @@ def nearest(c: Constants, z: Callable[..., arb]) -> Callable[[arb], tuple[Any, .
 
 
 def argument(z: arb, hyperbolic: bool) -> tuple[arb, arb, arb]:
-    """S, C and S² of sin and cos, or S, C and −S² of sinh and cosh."""
+    """The arguments of a `Series`: sin z, cos z, sin² z, or sinh z, cosh z, −sinh² z."""
     S, C = z.sinh_cosh() if hyperbolic else z.sin_cos()
     return S, C, -S * S if hyperbolic else S * S
 
 
 def sides(upper: bool, z: arb, hyperbolic: bool) -> list[Any]:
-    """What is beside u₁ and what is beside u₂: where it is, which side, and the arguments."""
+    """For each side of turning points: the index of its times, whether of u₂, the arguments."""
     return [(None, upper, argument(z, hyperbolic))]
 
 
 def join(upper: bool, parts: list[Any]) -> Any:
-    """The values of all sides together."""
+    """The values of all sides in one: here the only one."""
     return parts[0][1]
 
 
 def sign(x: arb, at_zero: int) -> arb:
-    """The sign of x; at an exact pass that of what follows, as it has begun."""
+    """The sign of x; at x = 0, exactly at a pass through a pole, the sign just after it."""
     return arb(at_zero if x.is_zero() else sign_of(x, "the time and that of a pass through a pole"))
 
 

@@ -1,7 +1,7 @@
-"""What the closed form of one motion is made of, in balls: roots, period, phase, turns, rates.
+"""The constants of the closed form of one motion, in balls: roots, period, phase, turns, rates.
 
-With g ≥ 0 (a top with g < 0 is looked at from below) the axis nutates, u = u₁ + (u₂ − u₁) sn² x,
-or tends to the top, 1 − u = (1 − u₁) sech² x, which is m = 1, or has one tilt; x = w t + x₀.
+With g ≥ 0 (a top with g < 0 is seen upside down) the axis nutates, u = u₁ + (u₂ − u₁) sn² x, or
+tends to the top, 1 − u = (1 − u₁) sech² x, which is m = 1, or keeps one tilt; x = w t + x₀.
 The angles are φ = φ₀ + Φ₊ + Φ₋ and ψ = ψ₀ + κ t + Φ₊ − Φ₋, Φ± = ½ P± ∫ dt/(1 ± u).
 Reference: Whittaker, *Analytical Dynamics*, sections 71 to 73.
 """
@@ -33,31 +33,32 @@ ZERO_BALL: Final = arb(0)
 
 @dataclass(frozen=True)
 class PoleAngle:
-    """Φ₊ or Φ₋: where P± ≠ 0 a sweep about a pole, at an exact pass a jump, and what is linear.
+    """Φ₊ or Φ₋: a part linear in time, and where P± ≠ 0 a sweep about a pole, else a jump.
 
-    In the complex plane 1/(1 ± u) has its poles at the distance i v from the turning point beside
-    that pole of the sphere, with residues ∓ ½i whatever the motion. So Φ± is a multiple of time and
-    the argument of a theta function, which sweeps by π from one pass of the pole to the next.
+    In the complex plane of x, 1/(1 ± u) has its poles at the distance i v from the turning point
+    beside that pole of the sphere, with residues ∓ ½i whatever the motion. So Φ± is the sum of a
+    multiple of time and of the argument of a theta function, which grows by π (times `sign`) from
+    one passage near the pole to the next.
     """
 
     v: arb | None = None
     sign: int = 1
     jumps: bool = False
-    step: arb = ZERO_BALL  # from one turning point to the next, but for
-    rate: arb = ZERO_BALL  # what is proportional to time [rad/s]
+    step: arb = ZERO_BALL  # growth from one turning point to the next, without the linear part
+    rate: arb = ZERO_BALL  # of the linear part [rad/s]
 
 
 def of_nutation(number: Callable[[Any], Any]) -> Any:
-    """A number of constants that have a period; None where nothing nutates."""
+    """Return a property: a number of constants that have a period, None where nothing nutates."""
     return property(lambda c: None if c.period is None else number(c))
 
 
 class Constants:
     """The constants of one motion, in balls of the working precision.
 
-    `upright` is the motion seen with g ≥ 0, `lower` and `upper` are its 1 ∓ u at u₁ and at u₂,
-    `period` is T, None where nothing nutates, and `first` the turning point nearest the start, even
-    where it is one of u₁. What takes an elliptic integral is computed when it is first read.
+    `upright` is the motion seen with g ≥ 0, `lower` and `upper` are its (1 − u, 1 + u) at u₁ and at
+    u₂, `period` is T, None where nothing nutates, and `first` numbers the turning point nearest the
+    start, even for u₁, odd for u₂. Elliptic integrals are computed when they are first read.
     """
 
     period: Any = None
@@ -65,30 +66,30 @@ class Constants:
     first, phase = 0, arb(0)
 
     def __init__(self, given: Reduced, angles: Pair, regime: Regime, bits: int) -> None:
-        # a g that only counts as 0 would be a ball around it, which no precision makes small enough
+        # a g taken for 0 is replaced by 0: its ball would hold 0 at every precision
         self.start = start = given._replace(g=arb(0)) if regime.weightless else given
         self.regime, self.angles, self.bits = regime, angles, bits
         self.side = -1 if regime.mirrored else 1
         self.upright = upright = start.mirrored() if regime.mirrored else start
         plus = upright.P_plus if regime.misses_bottom else arb(0)
         self.P = plus, upright.P_minus if regime.misses_top else arb(0)
-        regimes = {"steady": self._steady, "asymptotic": self._tend, "nutating": self._nutate}
-        regimes[regime.name](upright)
+        regimes = {"asymptotic": self._set_asymptotic, "nutating": self._set_nutating}
+        regimes.get(regime.name, self._set_steady)(upright)
 
-    def _steady(self, upright: Reduced) -> None:
+    def _set_steady(self, upright: Reduced) -> None:
         self.w = self.m = self.delta = arb(0)
         self.mc = arb(1)
         self.lower = self.upper = upright.one_minus_u0, upright.one_plus_u0
         if not self.regime.weightless:  # from the sum of the roots
             self.u3 = (2 * upright.kinetic0 + upright.b * upright.b) / (2 * upright.g) - upright.u0
 
-    def _tend(self, upright: Reduced) -> None:
+    def _set_asymptotic(self, upright: Reduced) -> None:
         low = upright.b * upright.b / (2 * upright.g) if self.regime.misses_bottom else arb(0)
         self.u3, self.m, self.mc, self.delta = arb(1), arb(1), arb(0), 2 - low
         self.lower, self.upper = (self.delta, low), (arb(0), arb(2))
         self.w = self.growth = (upright.g * self.delta / 2).sqrt()
 
-    def _nutate(self, upright: Reduced) -> None:
+    def _set_nutating(self, upright: Reduced) -> None:
         down, up = self._separate_roots(upright)
         self.K = arb.pi() / (2 * arb(1).agm(self.mc.sqrt()))
         self.period = 2 * self.K / self.w
@@ -102,7 +103,10 @@ class Constants:
         self.first = round(2 * float(self.phase))
 
     def _separate_roots(self, upright: Reduced) -> Pair:
-        """What the roots make up; u₀ − u₁ and u₂ − u₀. TooFewBits where two are not separated."""
+        """Set what follows from the roots; return u₀ − u₁ and u₂ − u₀.
+
+        Raise `TooFewBits` where two roots are not separated.
+        """
         f3, f2, _, f0 = cubic = upright.cubic
         d1, d2, *d3 = distances(cubic, upright, self.regime)
         lead = f3 * d3[0] if d3 else -f2  # 2g (u₃ − u₀)
@@ -128,22 +132,22 @@ class Constants:
 
     @cached_property
     def theta(self) -> Theta:
-        """The theta functions."""
+        """The theta functions, whose argument is z."""
         return Theta(self.m, self.mc, self.bits)
 
     @property
     def half(self) -> arb:
-        """Their argument from one turning point to the next."""
+        """The growth of z from one turning point to the next."""
         return self.theta.half
 
     @cached_property
     def rate(self) -> arb:
-        """The rate of their argument [rad/s]."""
+        """The rate of z [rad/s]."""
         return self.w * self.theta.scale
 
     @cached_property
     def x0(self) -> arb:
-        """Their argument at the start, since the turning point nearest it."""
+        """The z of the start, counted from the turning point nearest it."""
         if self.growth is None:
             return (2 * self.phase - self.first) * self.half
         cosine = (self.upright.one_minus_u0 / self.delta).sqrt()
@@ -152,11 +156,12 @@ class Constants:
 
     @cached_property
     def turns(self) -> Pair:
-        """What Φ₊ and Φ₋ of a nutation grow by over a period [rad], jumps included."""
+        """The growth of Φ₊ and Φ₋ in a period of nutation [rad], jumps included."""
         ends = zip(self.P, self.lower[::-1], self.upper[::-1], strict=True)
         return tuple(self._turn(*end) for end in ends)
 
     def _turn(self, P: arb, at_u1: arb, at_u2: arb) -> arb:
+        """The growth of Φ₊ or Φ₋ in a period, by its P and its 1 ± u at the turning points."""
         if P.is_zero():
             return arb.pi() if at_u1.is_zero() or at_u2.is_zero() else arb(0)
         return P / (self.w * at_u1) * third_kind(self.mc, at_u2 / at_u1)
@@ -170,7 +175,7 @@ class Constants:
             v = None if low1.is_zero() else (low1 / high1).sqrt().atan()
             return PoleAngle(v, sign, v is None, rate=rate), PoleAngle()
         if self.period is None:
-            # an axis on the vertical keeps its φ, and ψ takes the whole spin
+            # of an axis on the vertical φ is constant, and ψ has the whole spin
             off = not (high1.is_zero() or low1.is_zero())
             b = self.upright.b
             rates = (plus / (2 * low1), minus / (2 * high1)) if off else (b / 2, -b / 2)
@@ -182,7 +187,7 @@ class Constants:
         )
 
     def _half(self, P: arb, turn: arb, pole: tuple[arb, arb]) -> PoleAngle:
-        """Φ₊ or Φ₋ of a nutation; `pole` are in ratio the squares of sine and cosine of am v."""
+        """Φ₊ or Φ₋ of a nutation; `pole` is proportional to (sin² am v, cos² am v)."""
         if P.is_zero():
             return PoleAngle(jumps=not turn.is_zero(), step=turn / 2)
         v, sign = first_kind(*pole, self.m), sign_of(P, "p_phi and that of a pass through a pole")
@@ -190,7 +195,10 @@ class Constants:
         return PoleAngle(v, sign, False, step, (turn - 2 * step) / self.period)
 
     def sweep(self, N: Any, upper: bool, which: int) -> Series | None:
-        """The sweep of Φ₊ (0) or Φ₋ (1) beside u₁, or beside u₂; None where there is none."""
+        """The series of the sweep of Φ₊ (0) or Φ₋ (1) beside u₁, or `upper`: u₂; None without one.
+
+        The jump at an exact pass is one too.
+        """
         half, beside = self.halves[which], upper == bool(which)
         if half.jumps and beside:
             turn = N.number(arb.pi() / 2)
@@ -216,7 +224,7 @@ class Constants:
 
     @property
     def roots(self) -> tuple[arb, ...]:
-        """The roots u₁ ≤ u₂ ≤ u₃ of the cubic as cos θ; the infinite one is missing if g = 0."""
+        """The roots u₁ ≤ u₂ ≤ u₃ of the cubic in cos θ; without u₃, which is infinite, if g = 0."""
         ends = (end[:: self.side] for end in (self.lower, self.upper))
         found = [(1 - high).intersection(low - 1) for high, low in ends]
         found += [] if self.u3 is None else [self.side * self.u3]
@@ -235,22 +243,22 @@ class Constants:
 
     @property
     def nearest(self) -> Pair:
-        """How near the axis comes to θ = 0 and to θ = π [rad], each to its own digits."""
+        """The least distances of the axis from θ = 0 and from θ = π [rad], to their own digits."""
         ends = (self.upper, self.lower[::-1])[:: self.side]
         return tuple(2 * arb.atan2(root_of(near), root_of(far)) for near, far in ends)
 
     @property
     def lower_turning(self) -> Any:
-        """The time [s] of one passage through u₁; others are T apart, if there are any."""
+        """The time [s] of a passage through u₁, others being T apart; None where there is none."""
         if self.period is not None:
             return -self.phase * self.period
         return None if self.growth is None else -self.x0 / self.w
 
     @cached_property
     def reversal(self) -> Any:
-        """How long before and after each `lower_turning` φ̇ changes its sign [s]; None if never.
+        """The time [s] from `lower_turning` to a change of sign of φ̇, after and before it; or None.
 
-        That is where u = a/b; in a cusp it is u₂ itself.
+        There u = a/b; in a cusp that is u₂ itself.
         """
         b, passes = self.upright.b, self.P[0].is_zero() or self.P[1].is_zero()
         if self.period is None or passes or not (b > 0 or b < 0):

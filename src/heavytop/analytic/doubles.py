@@ -1,7 +1,6 @@
-"""Numbers of the closed form that are arrays of doubles; times, z and long sums are pairs of them.
+"""The arithmetic of the closed form in arrays of doubles; times, z and angles are pairs of them.
 
-A pair is high + low. The constants are known to 40 digits, so that those of 2³¹ periods have their
-digits.
+A pair is high + low. Constants have 40 digits, so that no digits are lost over 2³¹ periods.
 """
 
 from __future__ import annotations
@@ -9,6 +8,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from fractions import Fraction
+from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -23,53 +23,50 @@ if TYPE_CHECKING:
     from heavytop.analytic.form import Read
     from heavytop.analytic.motion import ClosedForm
 
-KNOWN: Final = 10.0**-40  # what is not known of a constant, beside it
-SMALL_SQUARE: Final = 1e-280  # squares beside which one that is no double any more does not count
-TURNING_EDGE: Final = 1e-30  # what z is not known to at a turning point, beside what it comes from
-LARGEST_Z: Final = 700.0  # z whose sinh is a double; sech is nothing beyond
-BIG: Final = 1e300  # the nome has made nothing of such squares long before
+KNOWN: Final = 10.0**-40  # error of a constant, relative
+SMALL_SQUARE: Final = 1e-280  # above it an underflow of the other square does no harm
+TURNING_EDGE: Final = 1e-30  # error of z at a turning point, relative to the terms it is a sum of
+LARGEST_Z: Final = 700.0  # sinh z is finite; beyond, sech z is 0
+BIG: Final = 1e300  # bound of sinh² z: beside it powers of the nome are 0 already
 
 MOST_PERIODS: Final = 2**31
 """Periods up to which times are reduced without loss; beyond, each is computed in balls."""
 
 FARTHEST: Final = 2**62
-"""Periods that are counted."""
+"""Periods beyond which no time is reduced."""
 
 TIMES_AT_ONCE: Final = 16384
-"""Times computed at once, so that what is computed with them stays in the processor's cache."""
+"""Times computed at once: their intermediate results stay in the processor's cache."""
 
 VECTOR_SHAPES: Final = {"axis": (3,), "quaternion": (4,), "omega": (3,)}
 NO_TIMES: Final = "t: finite times; texts and exact numbers go with digits="
-LATE_DIGITS: Final = 20  # of what is computed in balls for doubles
+LATE_DIGITS: Final = 20  # of numbers that are computed in balls and rounded to doubles
 
-bits: Final = 64
+bits: Final = 64  # series take as many terms as these need
 quietly: Final = np.errstate(over="ignore", invalid="ignore")
 atan2, sqrt = np.arctan2, np.sqrt
 
 
 @quietly
 def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
-    """The numbers of a motion at the times t + t_lo, in doubles."""
+    """The function from the name of a quantity to its values at the times t + t_lo, in doubles."""
     time, low, shape = _times(t, t_lo)
     latest, period = abs(time).max(initial=0.0), motion.period or np.inf
     if latest > FARTHEST * period:
         raise NoClosedForm(f"more than {FARTHEST} periods in doubles: ask for digits instead")
     late = latest >= MOST_PERIODS * period
-    if late or time.size <= 1:  # of one time all are scalars, which is several times as fast
+    if late or time.size <= 1:  # one time is computed in scalars, several times as fast
         parts: Any = range(time.size)
     else:
         parts = [slice(at, at + TIMES_AT_ONCE) for at in range(0, time.size, TIMES_AT_ONCE)]
 
-    made = dict[Constants, list[Any]]()
-
-    def points(c: Constants) -> list[Any]:
-        if c not in made:
-            at = late_at if late else motion.form(c, sys.modules[__name__])
-            made[c] = [at((time[part], low[part])) for part in parts]
-        return made[c]
-
     def late_at(t: tuple[float, float]) -> Any:
         return motion.at(Fraction(t[0]) + Fraction(t[1]), LATE_DIGITS)
+
+    @cache
+    def points(c: Constants) -> list[Any]:
+        at = late_at if late else motion.form(c, sys.modules[__name__])
+        return [at((time[part], low[part])) for part in parts]
 
     @quietly
     def read(name: str) -> Any:
@@ -91,49 +88,45 @@ def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
 
 
 def _times(t: Any, t_lo: Any) -> tuple[Any, Any, tuple[int, ...]]:
-    """Finite times in one row, each the double nearest t + t_lo and the rest; their shape."""
+    """The doubles nearest to t + t_lo and the remainders, each in one row, and their shape."""
     try:
         time, low = np.asarray(t, np.float64), np.asarray(t_lo, np.float64)
         time, low = map(np.asarray, pairs.two_sum(time, low))
         if not np.isfinite(time).all():
             raise NotANumber("t: finite times")
-    except (TypeError, ValueError, OverflowError):  # of no float; shapes that do not fit
+    except (TypeError, ValueError, OverflowError):  # no float, or shapes that do not broadcast
         raise NotANumber(NO_TIMES) from None
     return time.ravel(), low.ravel(), time.shape
 
 
 # --- the functions that `balls` has too -----------------------------------------------------------
+# What is known of a constant is judged beside what it is added to, `beside` or `slowest`.
 
 
 def number(x: arb, beside: Any = 0) -> float:
-    """A constant that is known well enough, beside what it is added to."""
-    return float(as_ball(x, beside))
+    """A constant as a double."""
+    return float(known_ball(x, beside))
 
 
 def scaled(size: Any, row: list[arb]) -> list[float]:
-    """Constants times a size that is known well enough, as they are then beside it."""
-    row = [size * x for x in row]
-    beside = abs(size)
-    for x in row:
-        if not x.rad() <= beside * KNOWN:
-            as_ball(x, beside)
-    return list(map(float, row))
+    """Constants times a size."""
+    return [float(known_ball(size * x, abs(size))) for x in row]
 
 
-def as_ball(x: arb, beside: Any = 0) -> arb:
-    """The same as a ball."""
+def known_ball(x: arb, beside: Any = 0) -> arb:
+    """Return a constant; raise `TooFewBits` where its error is above `KNOWN`."""
     if not x.rad() <= (abs(x) + beside) * KNOWN:
         raise TooFewBits("a constant of the closed form and 0", x)
     return x
 
 
 def to_number(x: Any) -> Any:
-    """The nearest double of a pair."""
+    """The result of `linear`, a pair, as the nearest double."""
     return x[0]
 
 
 def modulo_circle(x: Any) -> Any:
-    """An angle, which is a pair, in [0, 2π)."""
+    """An angle, which is a pair, less whole turns: in [0, 2π)."""
     return pairs.modulo_circle(*x)
 
 
@@ -141,24 +134,32 @@ def sin_cos(x: Any) -> tuple[Any, Any]:
     """Sine and cosine of an angle, which is a pair."""
     high, low = x
     sin, cos = np.sin(high), np.cos(high)
-    half = low / 2  # after 2³¹ periods low is 1e-5
+    half = low / 2  # low is 1e-5 after 2³¹ periods
     return sin + low * (cos - half * sin), cos - low * (sin + half * cos)
 
 
 def linear(start: arb, step: arb, rate: arb, slowest: Any = 0) -> Callable[..., Any]:
-    """The pair start + n step + rate t, and what else is given; t is a pair."""
+    """Return the function of n, t and further summands: start + n step + rate t + their sum.
+
+    t and the result are pairs.
+    """
     one = 1 if slowest else 0
-    summed = pairs.Linear(as_ball(start, one), as_ball(step, one), as_ball(rate, slowest))
-    return lambda n, t, *more: summed(n, *t, *more)
+    start, step, rate = (
+        known_ball(start, one),
+        known_ball(step, one),
+        known_ball(rate, slowest),
+    )
+    total = pairs.Linear(start, step, rate)
+    return lambda n, t, *more: total(n, *t, *more)
 
 
 def half_sum(x: Any, y: Any, sign: int) -> Any:
-    """Half of x ± y, which are pairs."""
+    """Half of x ± y, which are results of `linear`: pairs."""
     return pairs.add((x[0] / 2, x[1] / 2), (sign * y[0] / 2, sign * y[1] / 2))
 
 
 def nearest(c: Constants, z: Callable[..., Any]) -> Callable[[Any], tuple[Any, ...]]:
-    """From times to the numbers of the turning points nearest, whether of u₂, and z since those."""
+    """Return the function of t: the number of the nearest turning point, whether of u₂, and z."""
     zero = np.float64(0)
     if c.w.is_zero():
         return lambda t: (zero, zero > 0, (zero, zero))
@@ -168,7 +169,7 @@ def nearest(c: Constants, z: Callable[..., Any]) -> Callable[[Any], tuple[Any, .
     def locate(t: Any) -> tuple[Any, ...]:
         n = np.rint(t[0] * steps + ahead) if steps else zero
         high, low = z(n, t)
-        # a turning point counts as passed at it: at an exact pass what follows has begun
+        # near a turning point z is exactly 0, so that an exact pass through a pole has happened
         at_it = abs(high) <= TURNING_EDGE * (abs(rate * t[0]) + size)
         half = (n + c.first) / 2
         return n, half != np.floor(half), (np.where(at_it, 0.0, high), np.where(at_it, 0.0, low))
@@ -177,7 +178,7 @@ def nearest(c: Constants, z: Callable[..., Any]) -> Callable[[Any], tuple[Any, .
 
 
 def argument(z: Any, hyperbolic: bool) -> tuple[Any, Any, Any]:
-    """S, C and S² of sin and cos, or S, C and −S² of sinh and cosh."""
+    """The arguments of a `Series`: sin z, cos z, sin² z, or sinh z, cosh z, −sinh² z."""
     z, low = z
     if not hyperbolic:
         S, C = np.sin(z), np.cos(z)
@@ -190,7 +191,7 @@ def argument(z: Any, hyperbolic: bool) -> tuple[Any, Any, Any]:
 
 
 def sides(upper: Any, z: Any, hyperbolic: bool) -> list[Any]:
-    """The times beside u₁ and those beside u₂: where they are, which side, and the arguments."""
+    """For each side of turning points: the index of its times, whether of u₂, the arguments."""
     count = np.count_nonzero(upper)
     if count in (0, upper.size):
         return [(None, count > 0, argument(z, hyperbolic))]
@@ -199,7 +200,7 @@ def sides(upper: Any, z: Any, hyperbolic: bool) -> list[Any]:
 
 
 def join(upper: Any, parts: list[Any]) -> Any:
-    """The values of all sides together."""
+    """The values of all sides in one array."""
     if len(parts) == 1:
         return parts[0][1]
     joined = np.empty(upper.shape)
@@ -209,7 +210,7 @@ def join(upper: Any, parts: list[Any]) -> Any:
 
 
 def sign(x: Any, at_zero: int) -> Any:
-    """The sign of x, also of a zero."""
+    """The sign of x, −1 of −0."""
     return np.copysign(1.0, x)
 
 
@@ -219,5 +220,5 @@ def length(least: float, square: float, leg: Any) -> Any:
 
 
 def cosine(one_minus_u: Any, one_plus_u: Any) -> Any:
-    """The cosine of θ from its distances from ±1, the less of which counts."""
+    """The cosine of θ from its distances from ±1, by the smaller of them."""
     return np.where(one_minus_u < one_plus_u, 1 - one_minus_u, one_plus_u - 1)

@@ -1,7 +1,7 @@
-"""Where many motions are, each at its own time, and how many events there were: in arrays.
+"""Angles and counts of events of many motions, each at its own time, in arrays.
 
-A motion is at x = w t + x₀ since a passage through u₁, and Φ± grow by Legendre's integrals of the
-third kind. What the arrays do not show to be reliable is nan: `heavytop.Motion` has it.
+A motion is at x = w t + x₀, counted from a passage through u₁, and Φ± grow by Legendre's integrals
+of the third kind. Numbers that are not shown to be reliable are nan; `heavytop.Motion` has them.
 References: B. C. Carlson (1995), *Numer. Algorithms* 10, 13-26; R. Bulirsch (1965), *Numer. Math.*
 7, 78-90; *NIST Digital Library of Mathematical Functions*, sections 19.7 and 19.25.
 """
@@ -19,22 +19,22 @@ from heavytop.analytic.many import Nutations
 from heavytop.classification.arrays import Starts
 from heavytop.exact.pairs import Array
 
-DUPLICATIONS: Final = 16  # each leaves a quarter of a difference, whose square is lost
-# of a height, beside what it swings over: by so much of a period times are off
+DUPLICATIONS: Final = 16  # each leaves a quarter of a difference, and its square is dropped
+# error of cos θ; over the range of cos θ it is an error of times, in periods
 HEIGHT_ROUNDING: Final = 1e-12
-LEAST_COUNTED: Final = 1e-6  # of heights, and of the part of it in which one is told from an end
-NO_ZERO: Final = 2.0**-400  # instead of a sine of zero
+LEAST_COUNTED: Final = 1e-6  # least range of cos θ, and least part of it, with counted events
+NO_ZERO: Final = 2.0**-400  # added to what is divided by
 
 
 class Ends(NamedTuple):
-    """Where motions are at the ends of their spans; nan where that is not known.
+    """Angles and counts of events at the ends of spans; nan where they are not known.
 
     Attributes
     ----------
     theta, phi, psi : ndarray, shape (k,)
         Euler's angles, φ and ψ continuous from the start [rad].
     doubt : ndarray, shape (k,)
-        By how much the axis may be off [rad].
+        A bound of the error of the axis [rad].
     counts : mapping from str to ndarray, shape (2, k)
         The least and the greatest number of turning points and of reversals.
     """
@@ -47,7 +47,7 @@ class Ends(NamedTuple):
 
 
 def ends_many(start: Mapping[str, Array], time: Array) -> Ends:
-    """Return where motions are at times of their own.
+    """Return the angles of motions, and their counts of events, at one time for each.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def ends_many(start: Mapping[str, Array], time: Array) -> Ends:
 
 
 def _ends(starts: Starts, time: Array) -> Array:
-    """Rows of θ, of how far φ and ψ went, of the doubt, and of the counts."""
+    """Rows of θ, the advances of φ and ψ, the doubt, and the counts."""
     n, tau = Nutations(starts), time / starts.A
     K, turns = n.period_growth()
     rising = np.where(n.sign * starts.thetadot < 0, 1.0, -1.0)
@@ -101,9 +101,9 @@ def _ends(starts: Starts, time: Array) -> Array:
 
 
 def _integrals_from_u1(n: Nutations, sin2: Array, cos2: Array) -> tuple[Array, Array]:
-    """The integrals from u₁ to a height that is there: x, and what Φ₊ and Φ₋ have swept [rad].
+    """The integrals from u₁ to a given phase: x, and the growth of Φ₊ and Φ₋ [rad].
 
-    Near the bottom Π(n) is nearly all sweep: it is had from Π(m/n), in which nothing cancels.
+    Near the bottom Π(n) is nearly all sweep: it is computed from Π(m/n), without cancellation.
     """
     swing, (plus1, minus1), dn2, sine = n.swing, n.at_u1, cos2 + n.mc * sin2, np.sqrt(sin2)
     steep, flat = swing / plus1, (1 - n.mc) * plus1 / swing  # −n and −m/n
@@ -120,7 +120,7 @@ def _integrals_from_u1(n: Nutations, sin2: Array, cos2: Array) -> tuple[Array, A
 def carlson(x: Array, y: Array, p: Array) -> tuple[Array, Array]:
     """Return R_F(x, y, 1) and R_J(x, y, 1, p), where x ≤ p ≤ y ≤ 1 or x ≤ y ≤ 1 ≤ p ≤ 2.
 
-    Of p there may be rows.
+    p may have more rows than x and y.
 
     Examples
     --------
@@ -189,5 +189,5 @@ def _counts(n: Nutations, starts: Starts, ahead: Array, K: Array, tau: Array) ->
 
 
 def _count_until(end: Array, *fractions: Array) -> Array:
-    """How many events there are in so many periods, which happen at fractions of each."""
+    """The number of events up to a time `end` [periods], at fixed fractions of each period."""
     return sum((np.floor(end - each) + 1 for each in fractions), np.zeros_like(end))

@@ -1,4 +1,4 @@
-"""When the axis turns, when φ̇ reverses, when there are cusps: exact times, counts by proof."""
+"""Times of turning points, of reversals of φ̇ and of cusps, in balls, and their proved counts."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from heavytop.analytic.motion import ClosedForm
 
 KINDS_OF_EVENTS: Final = (*EVENTS, "theta_min", "theta_max")
-"""What can be counted: a cusp is a turning point too, but no theta_min or theta_max."""
+"""Kinds of events: a cusp is a turning point too, but no theta_min or theta_max."""
 
 MOST_COUNTED: Final = 10**100
-# of a period, for each period: so near the end an event may be on either side
+# distance from the end of a span, in periods for each period, where a count in doubles is unsure
 COUNT_EDGE: Final = 1e-9
 MOST_LISTED: Final = 10_000_000
 EVENT_DIGITS: Final = 20
@@ -31,7 +31,7 @@ AT_AN_END: Final = "an event and the end of the span"
 
 
 class EventTimes:
-    """The times of the events of one kind; others of each are whole periods apart.
+    """The times of the events of one kind, which repeat after each period.
 
     Made by `Motion.events`. Numbers of events count from the start: 0 is the first one not before
     it, −1 the last before it.
@@ -63,11 +63,11 @@ class EventTimes:
 
     @property
     def fractions(self) -> list[float]:
-        """When they happen in a period, in periods after the start, in [0, 1); exactly 0 at it."""
+        """The events of one period, in periods after the start, in [0, 1); 0 exactly at it."""
         return [float(x) for x in self.motion.refine("an event", self._fractions)]
 
     def count(self, a: Any, b: Any) -> int:
-        """How many there are from one time to another, both included: proved.
+        """The proved number of events from one time to another, both included.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ class EventTimes:
         return max(0, self._number_after(b) - self._number_from(a))
 
     def times(self, a: Any, b: Any, digits: int = EVENT_DIGITS) -> list[arb]:
-        """When they happen from one time to another, both included: balls of so many digits.
+        """The times of the events from one time to another, both included: balls of so many digits.
 
         Parameters
         ----------
@@ -93,18 +93,17 @@ class EventTimes:
         """
         first, end = self._number_from(a), self._number_after(b)
         if end - first > MOST_LISTED:
-            raise Impossible(
-                [("b", f"there are {end - first} events, and {MOST_LISTED} are the most")]
-            )
+            rule = f"there are {end - first} events, and {MOST_LISTED} are the most"
+            raise Impossible([("b", rule)])
         return [self.nth(n, digits) for n in range(first, end)]
 
     def nth(self, n: int, digits: int = EVENT_DIGITS) -> arb:
-        """When one of them happens [s], a ball of so many digits.
+        """The time of one event [s], a ball of so many digits.
 
         Parameters
         ----------
         n : int
-            Which: 0 is the first one not before the start, −1 the last before it.
+            Its number: 0 is the first event not before the start, −1 the last before it.
         digits : int
             Decimal digits.
 
@@ -123,7 +122,7 @@ class EventTimes:
             return (turns + fractions[which]) * c.period if fractions else None
 
         late = (self.motion.period or 0.0) * abs(n)
-        found: arb | None = self.motion.refine(f"the time of {self.kind} {n}", time, digits, late)
+        found = self.motion.refine(f"the time of {self.kind} {n}", time, digits, late)
         if found is None:
             rule = f"an event that there is: {self.kind} {n} does not happen"
             raise Impossible([("n", rule)])
@@ -138,7 +137,7 @@ class EventTimes:
         return self._number(t, lambda ahead: -floor(-ahead))
 
     def _number(self, t: Any, rank: Callable[[arb], int]) -> int:
-        """The sum of the ranks of a time ahead of each event of the first period [periods]."""
+        """The sum of rank(t − event) over the events of the first period [periods]."""
         exact = self.motion.time(t)
 
         def number(c: Constants) -> int:
@@ -149,11 +148,10 @@ class EventTimes:
             return sum(min(max(rank(time - at), 0), 1) - (not _is_past(at)) for at in fractions)
 
         late = abs(float(exact.ball(FEW_BITS)))
-        found: int = self.motion.refine(f"the count of {self.kind}", number, late=late)
-        return found
+        return self.motion.refine(f"the count of {self.kind}", number, late=late)
 
     def _fractions(self, c: Constants) -> list[arb]:
-        """When events happen, in periods after the start, in [0, 1); or the only time [s]."""
+        """The events in periods after the start, in [0, 1); without a period the only time [s]."""
         if c.period is None:
             only = c.lower_turning if self.kind in ("turning", self.below) else None
             return [] if only is None else [only]
@@ -164,7 +162,7 @@ class EventTimes:
         return found
 
     def _positions(self, c: Constants) -> list[arb]:
-        """When events of a nutation happen, in periods after the start, up to whole ones."""
+        """The events of a nutation in periods after the start, up to whole ones."""
         lower, half = -c.phase, arb(0.5)
         if self.kind != "reversal":
             upper = "cusp" if self.motion.cusps else self.above
@@ -179,5 +177,5 @@ class EventTimes:
 
 
 def _is_past(time: arb) -> bool:
-    """Whether a time is not before the start."""
+    """Whether the start is not after a time."""
     return sign_of(time, AT_AN_END) > 0

@@ -1,4 +1,4 @@
-"""Derived facts of one motion: rates and their extremes, means, stability, fast-top errors.
+"""Facts that follow from the closed form: extremes and means of rates, stability, fast-top errors.
 
 Both rates are offset + ½ [P/(1 + u) + Q/(1 − u)]: φ̇ with P₊, P₋ and no offset, ψ̇ with P₊, −P₋
 and κ. Where P and Q are of one sign the terms add up, and between the poles the rate has one
@@ -9,8 +9,8 @@ extreme,
 where they are not, it is monotonic in θ, and vanishes at most once: the other root
 x = tan²(θ/2) of P x² + (4 offset + P + Q) x + Q = 0 is negative. So of φ̇ and ψ̇ only one can have
 an extreme between the turning points, φ̇ where |p_φ| > |p_ψ| and ψ̇ where |p_φ| < |p_ψ|, and the
-other alone can vanish there. (That ψ̇ has no zeros beside
-its extreme is C ≤ 2A; where C > 2A it may have two, and one between the turning points is given.)
+other alone can vanish there. (Where C ≤ 2A, ψ̇ does not vanish
+beside its extreme; where C > 2A it may twice, and a zero between the turning points is given.)
 
 For p_ψ² ≫ 4 A |gMR| textbooks give gMR/p_ψ for the mean precession or the slow steady rate,
 p_ψ/(A cosθ) for the fast one, 2π A/p_ψ for the period of nutation, and 2 A gMR sin²θ₀/p_ψ² for
@@ -27,7 +27,7 @@ from typing import Any, Final, TypeAlias
 from flint import arb, ctx
 
 from heavytop.analytic.constants import Constants
-from heavytop.analytic.form import mapped
+from heavytop.analytic.form import map_balls
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.roots import TooFewBits
 from heavytop.classification.reduced import Reduced
@@ -37,18 +37,18 @@ from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 Balls: TypeAlias = "dict[str, Any]"
-"""Facts by name: balls of the working precision, words, truth values, or None."""
+"""Facts by name: balls of the working precision, texts, bools, or None."""
 
 FACT_DIGITS: Final = 30  # of each fact, before it is rounded to a double
-ZERO_BITS: Final = 4096  # a ball of so many bits that contains 0 is taken for 0
+ZERO_BITS: Final = 4096  # precision from which on a ball that contains 0 is taken for 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Facts:
-    """What follows from the closed form of one motion; None where a fact does not exist.
+    """Facts that follow from the closed form of one motion; None where a fact does not exist.
 
-    On the vertical φ and ψ are not defined apart, and their rates have no facts. A motion that
-    tends to the vertical has its rates there as bounds, and no means.
+    On the vertical only φ ± ψ is defined, and there are no facts about the rates of φ and ψ. A
+    motion that tends to the vertical has limits of its rates as extremes, and no means.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Facts:
     phidot_reverses, psidot_reverses : bool or None
         Whether the rate changes its sign; it does not in a cusp.
     phidot_reversal_theta, psidot_reversal_theta : float or None
-        The tilt at which it does [rad]; for φ̇ that is cosθ = p_φ/p_ψ.
+        The tilt at which it changes its sign [rad]; for φ̇ that is cosθ = p_φ/p_ψ.
     mean_precession_rate, mean_spin_rate : float or None
         Δφ/T and Δψ/T, or the constant rates of a steady motion [rad/s].
     rotation_number : float or None
@@ -72,18 +72,18 @@ class Facts:
     nutation_amplitude : float or None
         Greatest less least cosθ [1].
     steady_branch : {"slow", "fast", "single"} or None
-        Which of the steady rates at its p_ψ and θ the motion has; "single" where there is one
-        only, or both are of one magnitude.
+        Which of the two steady rates at its p_ψ and θ the motion has; "single" where there is only
+        one, or both have one magnitude.
     other_precession_rate : float or None
-        The other of them [rad/s].
+        The other steady rate [rad/s].
     small_nutation_frequency : float or None
-        Of small nodding about a motion of constant θ [rad/s].
+        Frequency of small nutations about a motion of constant θ [rad/s].
     other_nutation_frequency : float or None
-        Of small nodding about the other steady precession [rad/s].
+        Frequency of small nutations about the other steady precession [rad/s].
     stable : bool or None
-        Whether small nodding about a motion of constant θ stays small.
+        Whether small nutations about a motion of constant θ stay small.
     growth_rate : float or None
-        At which a small θ grows, where sleeping is unstable [1/s].
+        The rate at which a small θ grows, where sleeping is unstable [1/s].
     slow_cone_rate, fast_cone_rate : float or None
         Rates of precession of the smallest cones about an axis on the vertical [rad/s], the same
         twice where sleeping is marginal.
@@ -92,10 +92,9 @@ class Facts:
     fast_top_ratio : float or None
         p_ψ²/(4 A |gMR|) [1]; None without gravity.
     estimates : dict
-        What the formulas of the fast top give for the mean "precession" rate [rad/s], the "period"
-        of nutation or of small nodding [s], the "amplitude" in cosθ of a top let go from rest, and
-        the "round" of the axis [s], where they give anything: "estimate", "exact" and "error",
-        estimate/exact − 1.
+        Formulas of the fast top for the mean "precession" rate [rad/s], the "period" of nutation or
+        of small nutations [s], the "amplitude" in cosθ of a top let go from rest, and the "round"
+        of the axis [s], where they apply: "estimate", "exact" and "error", estimate/exact − 1.
 
     Notes
     -----
@@ -144,9 +143,9 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
     Parameters
     ----------
     motion : Motion or Top
-        What spins and how it starts; or the top alone, and then
+        The motion; or the top alone, and then
     start : State
-        how it starts.
+        its start.
 
     Returns
     -------
@@ -183,7 +182,7 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
     if start is not None:
         raise wrong_type("start", "only with a top, as a motion has its own", start)
     top, cusps = motion.top, motion.cusps
-    found = mapped(float, motion.refine("a fact", lambda c: _facts(c, cusps), FACT_DIGITS))
+    found = map_balls(float, motion.refine("a fact", lambda c: _facts(c, cusps), FACT_DIGITS))
     if side := top.gMR.sign():
         least = 2 * sqrt(side * top.A * top.gMR)
         found["sleeping_threshold"] = float(least / top.C) if top.C.sign() else math.inf
@@ -191,9 +190,9 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
 
 
 def _facts(c: Constants, cusps: bool) -> Balls:
-    """All facts that follow from the closed form, those that are 0 exactly so."""
+    """All facts but ω₃ and the threshold of sleeping; one that is 0 is exactly 0."""
     vertical = c.regime.steady and bool(c.start.sin2.is_zero())
-    found = _vertical(c.start) if vertical else _rates(c, cusps)
+    found = _vertical_facts(c.start) if vertical else _rate_facts(c, cusps)
     if c.period is not None:
         circle = 2 * arb.pi()
         found |= {
@@ -204,25 +203,25 @@ def _facts(c: Constants, cusps: bool) -> Balls:
             "nutation_amplitude": c.delta,
         }
     elif c.regime.steady and not vertical:
-        found |= _precession(c.start, found["phidot_min"], found["psidot_min"])
-    known: Balls = mapped(_ball_or_zero, found)
-    known |= mapped(_ball_or_zero, _fast_top(c, known, cusps))
-    return known
+        found |= _steady_facts(c.start, found["phidot_min"], found["psidot_min"])
+    exact: Balls = map_balls(_ball_or_zero, found)
+    exact |= map_balls(_ball_or_zero, _fast_top_facts(c, exact, cusps))
+    return exact
 
 
-def _rates(c: Constants, cusps: bool) -> Balls:
+def _rate_facts(c: Constants, cusps: bool) -> Balls:
     """Extremes and reversals of φ̇ and ψ̇; at an exact pass through a pole P± is exactly 0."""
     plus, minus = map(_ball_or_zero, c.P[:: c.side])
     tilts = c.tilts
     ends = tilts[:1] if c.regime.steady else tilts[:: -c.side]
-    phidot = _rate("phidot", arb(0), plus, minus, ends, cusp=tilts[1] if cusps else None)
-    return phidot | _rate("psidot", c.start.kappa, plus, -minus, ends)
+    phidot = _rate_range("phidot", arb(0), plus, minus, ends, cusp=tilts[1] if cusps else None)
+    return phidot | _rate_range("psidot", c.start.kappa, plus, -minus, ends)
 
 
-def _rate(
+def _rate_range(
     name: str, offset: arb, P: arb, Q: arb, ends: tuple[arb, ...], cusp: arb | None = None
 ) -> Balls:
-    """The rate offset + ½ [P/(1 + u) + Q/(1 − u)] from one tilt θ to another; in a cusp it is 0."""
+    """Extremes and reversal of offset + ½ [P/(1 + u) + Q/(1 − u)] between tilts θ; 0 in a cusp."""
 
     def rate(theta: arb) -> arb:
         rise = P if P.is_zero() else P / (2 * (theta / 2).cos()) ** 2
@@ -253,15 +252,15 @@ def _rate(
     }
 
 
-def _precession(start: Reduced, own: arb, spin: arb) -> Balls:
-    """What belongs to a steady tilt off the vertical; the two rates of its tilt add up to b/u."""
+def _steady_facts(start: Reduced, own: arb, spin: arb) -> Balls:
+    """Facts of a steady tilt off the vertical; the two rates at its tilt add up to b/u."""
     b, u = _ball_or_zero(start.b), _ball_or_zero(start.u0)
-    free = b.is_zero() and start.g.is_zero()  # then any rate is steady, or none but rest
+    free = b.is_zero() and start.g.is_zero()  # then every rate is steady, or rest alone
     other = None if free or u.is_zero() else b / u - own
-    apart = arb(0) if other is None else _ball_or_zero(abs(own) - abs(other))
-    if apart.is_zero() and not b.is_zero():  # they are one, and not opposite
+    excess = arb(0) if other is None else _ball_or_zero(abs(own) - abs(other))
+    if excess.is_zero() and not b.is_zero():  # one rate twice, not two opposite ones
         other = None
-    branch = "slow" if apart < 0 else "fast" if apart > 0 else "single"
+    branch = "slow" if excess < 0 else "fast" if excess > 0 else "single"
     frequency = _small_nutation(start, own)
     return {
         "mean_precession_rate": own,
@@ -275,13 +274,13 @@ def _precession(start: Reduced, own: arb, spin: arb) -> Balls:
 
 
 def _small_nutation(start: Reduced, rate: arb) -> arb:
-    """ω of small nodding, with gMR/AΩ taken from the steady equation as b − Ω u."""
+    """The frequency of small nutations, with gMR/AΩ by the steady equation as b − Ω u."""
     pull = start.b - rate * start.u0
     return _ball_or_zero(rate * rate + pull * pull - 2 * start.g * start.u0).sqrt()
 
 
-def _vertical(start: Reduced) -> Balls:
-    """What belongs to an axis on the vertical, sleeping or hanging."""
+def _vertical_facts(start: Reduced) -> Balls:
+    """Facts of an axis on the vertical, sleeping or hanging."""
     b, g, u = _ball_or_zero(start.b), start.g, start.u0
     square = _ball_or_zero(b * b - 4 * g * u)
     if square < 0:
@@ -298,23 +297,23 @@ def _vertical(start: Reduced) -> Balls:
     }
 
 
-def _fast_top(c: Constants, known: Balls, cusps: bool) -> Balls:
-    """The textbooks' estimates, each where it estimates something, and estimate/truth − 1."""
+def _fast_top_facts(c: Constants, exact: Balls, cusps: bool) -> Balls:
+    """The textbooks' estimates, where they apply, each with the exact value and relative error."""
     g, b, circle = c.start.g, _ball_or_zero(c.start.b), 2 * arb.pi()
     if g.is_zero():
         return {}
     ratio = b * b / (4 * abs(g))
     if b.is_zero():
         return {"fast_top_ratio": ratio}
-    rate = b / c.start.u0 if known.get("steady_branch") == "fast" else g / b
-    frequency = known.get("nutation_frequency", known.get("small_nutation_frequency"))
-    turns = known.get("mean_precession_rate")
+    rate = b / c.start.u0 if exact.get("steady_branch") == "fast" else g / b
+    frequency = exact.get("nutation_frequency", exact.get("small_nutation_frequency"))
+    precession = exact.get("mean_precession_rate")
     drop = 2 * abs(g) * (c.tilts[1].sin() / b) ** 2
     rows = (
-        ("precession", rate, turns),
+        ("precession", rate, precession),
         ("period", circle / abs(b), _round_time(circle, frequency)),
-        ("amplitude", drop, known.get("nutation_amplitude") if cusps else None),
-        ("round", circle / abs(rate), _round_time(circle, turns)),
+        ("amplitude", drop, exact.get("nutation_amplitude") if cusps else None),
+        ("round", circle / abs(rate), _round_time(circle, precession)),
     )
     estimates = {
         name: {"estimate": x, "exact": y, "error": None if y.is_zero() else x / y - 1}
@@ -325,12 +324,12 @@ def _fast_top(c: Constants, known: Balls, cusps: bool) -> Balls:
 
 
 def _round_time(circle: arb, rate: arb | None) -> arb | None:
-    """A time in which a rate goes through the circle."""
+    """The time of one turn at a rate; None without a rate, or at 0."""
     return None if rate is None or rate.is_zero() else circle / abs(rate)
 
 
 def _ball_or_zero(x: arb) -> arb:
-    """A ball without 0 in it, or 0 itself; TooFewBits where so many bits leave it open."""
+    """A ball without 0 in it, or exactly 0; `TooFewBits` where more bits can decide."""
     if not x.contains(0):
         return x
     if not x.is_zero() and (ctx.prec < ZERO_BITS or not x.is_finite()):

@@ -1,10 +1,8 @@
-"""The closed form of one motion, for balls and for arrays of doubles: the formulas, each once.
-
-A `Record` is what is read of it, in doubles or to any digits.
+"""The formulas of the closed form, each once, for balls and for arrays of doubles.
 
 The argument z of the theta functions is counted from the nearest turning point, √(1 ∓ u) is
-√(least² + swing² x²) with x = cn or sn, in which nothing cancels, and Φ± is a multiple of the time,
-a step for each turning point, and a sweep since the nearest one. Where P± = 0 the pass is exact and
+√(least² + swing² x²) with x = cn or sn, without cancellation, and Φ± is a multiple of the time, a
+step for each turning point, and a sweep since the nearest one. Where P± = 0 the pass is exact and
 the sweep a jump: φ jumps by +π as time goes forward, ψ by −π at θ = 0 and by +π at θ = π.
 """
 
@@ -26,21 +24,21 @@ if TYPE_CHECKING:
     from heavytop.analytic.motion import ClosedForm
 
 
-SLOWEST_RATE: Final = 1e-300  # rad/s: beside this rates are known where no time is too late
+SLOWEST_RATE: Final = 1e-300  # rad/s: rates need no digits below it, where there is no period
 
 
 class Form:
-    """The closed form of one motion; call it with a time, or with an array of them.
+    """The closed form of one motion; called with a time, or an array of times, it gives a `Point`.
 
-    Its constants, and what is read of its points, are computed when they are first read, at the
-    working precision of the constants it is made of.
+    Its numbers, and those of its points, are computed when they are first read; balls at the
+    precision of the constants, which must be the working precision.
 
     Parameters
     ----------
     constants : Constants
-        Whose precision, in bits, is the working one.
+        The constants of the motion.
     N : {balls, doubles}
-        The module of its kind of numbers.
+        The module with its arithmetic.
     """
 
     def __init__(self, constants: Constants, N: Any) -> None:
@@ -51,16 +49,16 @@ class Form:
         self.kappa, self.omega3 = (N.number(x, abs(b)) for x in (kappa, kappa + b))
         self.swing = N.number(root_of(c.delta))
         self.nearest = N.nearest(c, N.linear(c.x0, -c.half, c.rate))
-        # of √(1 − u) and √(1 + u), seen with g ≥ 0: least², and that with least and if it is 0
+        # least values, seen with g ≥ 0, of 1 − u and 1 + u, and (root, value, whether it is 0)
         self.least = c.upper[0], c.lower[1]
         self.poles = [(N.number(root_of(x)), N.number(x), x.is_zero()) for x in self.least]
 
     def __call__(self, t: Any) -> Point:
-        """Where the top is; doubles are pairs of arrays, high and low words of the times."""
+        """The point at a time, a ball, or at times, a pair of arrays (high and low words)."""
         return Point(self, t)
 
     def series(self, name: str, upper: bool, which: int) -> Any:
-        """A series beside u₁ or u₂, made once: a point is beside one of them only."""
+        """A series beside u₁ or u₂, made when it is first needed."""
         key = name, upper, which
         if key not in self._series:
             build = self.c.sweep if name == "sweep" else self.c.theta.function
@@ -69,20 +67,21 @@ class Form:
 
     @cached_property
     def angles(self) -> list[Callable[..., Any]]:
-        """φ and ψ but for what Φ± have swept since the nearest turning point."""
+        """Functions for φ and ψ of number of turning point, time, and sweeps since that point."""
         c, (plus, minus) = self.c, self.c.halves
         one, other = (self._sweep_at_start(which) for which in (0, 1))
         slowest = arb(SLOWEST_RATE) if c.period is None else 1 / c.period
 
-        def growing(angle: arb, rate: arb, a: int, b: int) -> Any:
+        def combine(angle: arb, rate: arb, a: int, b: int) -> Any:
+            """The angle plus a Φ₊ + b Φ₋, without sweeps."""
             start, step = angle - (a * one + b * other), a * plus.step + b * minus.step
             return self.N.linear(start, step, rate + a * plus.rate + b * minus.rate, slowest)
 
         phi, psi = c.angles
-        return [growing(phi, arb(0), 1, 1), growing(psi, c.start.kappa, c.side, -c.side)]
+        return [combine(phi, arb(0), 1, 1), combine(psi, c.start.kappa, c.side, -c.side)]
 
     def _sweep_at_start(self, which: int) -> arb:
-        """What Φ₊ or Φ₋ has swept at the start since the turning point nearest it."""
+        """The sweep of Φ₊ or Φ₋ from the turning point nearest the start to the start."""
         c, half = self.c, self.c.halves[which]
         if c.x0.is_zero() and not half.jumps:
             return arb(0)
@@ -91,7 +90,10 @@ class Form:
 
     @cached_property
     def rates(self) -> list[tuple[Any, Any]]:
-        """Of Φ₋ and Φ₊ the rate where P∓ = 0, which is 0 but on the pole, or ½ P∓/least."""
+        """For Φ₋ and Φ₊ (rate, None) where P∓ = 0, the rate being 0 except on a pole.
+
+        Else (None, slope): the slope is ½ P∓ over the square root of the least 1 ∓ u.
+        """
         number = self.N.number
         ends = zip(self.c.P[::-1], self.c.halves[::-1], self.least, strict=True)
         return [
@@ -103,7 +105,7 @@ class Form:
 
     @cached_property
     def opposed(self) -> list[tuple[Any, Any]]:
-        """φ̇ sin θ and sin θ at u₁ and at u₂, where P₊ and P₋ are of two signs."""
+        """φ̇ sin θ and sin θ at u₁ and at u₂, where P₊ and P₋ have opposite signs; else empty."""
         (plus, minus), ends, number = self.c.P, (self.c.lower, self.c.upper), self.N.number
         if not plus * minus < 0:
             return []
@@ -115,7 +117,7 @@ class Form:
 
 
 class Point:
-    """Where the top is at one time or at many; each quantity is computed when it is first read."""
+    """The top at one time or at many; each quantity is computed when it is first read."""
 
     def __init__(self, form: Form, t: Any) -> None:
         self.form, self.N, self.t, self.side = form, form.N, t, form.c.side
@@ -129,14 +131,14 @@ class Point:
 
 
 def _series(r: Point, name: str, which: int) -> Any:
-    """The series beside the turning points nearest; 0 where there is none."""
+    """The values of a series at z, from the nearest turning points; 0 where there is no series."""
     found = [(where, r.form.series(name, bool(upper), which), at) for where, upper, at in r.sides]
     parts = [(where, series(*at) if series else 0 * at[0]) for where, series, at in found]
     return r.N.join(r.upper, parts)
 
 
 def _leg(r: Point, pole: int, x: Any, at_zero: int) -> tuple[Any, Any]:
-    """√(1 ∓ u), seen with g ≥ 0, and swing x beside it; it is one leg alone at an exact pass."""
+    """√(1 ∓ u), seen with g ≥ 0, and the ratio of swing x to it; its sign at an exact pass."""
     least, square, passes = r.form.poles[pole]
     leg = r.form.swing * x
     if passes:
@@ -156,6 +158,7 @@ def _pole_rates(r: Point) -> tuple[Any, Any]:
 
 
 def _phidot(r: Point) -> Any:
+    """φ̇; where P± have opposite signs, of terms that do not cancel."""
     if not r.form.opposed:
         return r.rates[0] + r.rates[1]
     terms = zip(r.form.opposed, (r.cn, r.sn), strict=True)
@@ -163,24 +166,27 @@ def _phidot(r: Point) -> Any:
 
 
 def _uddot(r: Point) -> Any:
+    """d² cos θ/dt²."""
     form, s, c, d = r.form, r.sn, r.cn, r.dn
     pull = form.delta * form.w * (d * d * (c * c - s * s) - form.m * (s * s * c * c))
     return 2 * r.side * form.w * pull
 
 
 def _axis(r: Point) -> Any:
+    """(sin θ sin φ, −sin θ cos φ, cos θ)."""
     sin, cos = r.nodes
     return r.sine * sin, -r.sine * cos, r.u
 
 
 def _quaternion(r: Point) -> Any:
+    """The attitude, body to space, scalar first."""
     sine, cosine = r.N.sqrt(r.one_minus_u / 2), r.N.sqrt(r.one_plus_u / 2)
     (s1, c1), (s2, c2) = (r.N.sin_cos(r.N.half_sum(*r.sums, sign)) for sign in (1, -1))
     return cosine * c1, sine * c2, sine * s2, cosine * s1
 
 
 def _omega(r: Point) -> Any:
-    """ω₃ along the axis, and e × ė."""
+    """The angular velocity in space, ω₃ e + e × ė."""
     sin, cos = r.nodes
     across = (r.omega3 - r.phidot * r.u) * r.sine
     upright = r.omega3 * r.u + r.phidot * r.sine * r.sine
@@ -222,22 +228,22 @@ FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "omega3": lambda r: r.form.omega3 + 0 * r.turning,
     "omega": _omega,
 }
-"""The quantities of a record, each from others."""
+"""The quantities of a point, each computed from others."""
 
 
-# --- what of it is read, in doubles or in any digits --------------------------------------------
+# --- quantities in doubles or to any digits -----------------------------------------------------
 
 
 Read = Callable[[str], Any]
 
-BALL_SPARE_DIGITS: Final = 2  # that a ball has beyond those asked for
-SHOWN_DIGITS: Final = 10  # that a number has beyond those asked for
+BALL_SPARE_DIGITS: Final = 2  # of a ball, beyond the digits of the number
+SHOWN_DIGITS: Final = 10  # of mpmath's precision, beyond the digits of the number
 SHOWN_NAMES: Final = ("t", "theta", "phi", "psi")
 RECORD_NAMES: Final = ("t", "energy", *FORMULAS)
 
 
 class Record:
-    """Where the top is and how it moves, each quantity computed when it is first read.
+    """The top at one time or at many, each quantity computed when it is first read.
 
     Made by `Motion.at`: numbers are arrays of doubles, of the shape of the times, vectors with one
     axis more; or mpmath numbers, vectors tuples of them.
@@ -261,9 +267,10 @@ class Record:
     omega : vector of 3
         The angular velocity in space [rad/s].
     omega3, energy : number
-        What is constant: the angular velocity about the symmetry axis [rad/s], and E [J].
+        The constant angular velocity about the symmetry axis [rad/s], and E [J].
 
-    It has what follows from these too, such as `reaction` of a top with mass and distance [N].
+    Quantities that follow from these are attributes too, such as the `reaction` [N] of a top with
+    mass and distance.
     """
 
     def __init__(self, read: Read, made: tuple[Any, ...]) -> None:
@@ -283,8 +290,7 @@ class Record:
         if name in RECORD_NAMES:
             value = self._read(name)
         elif quantity_of(name).of is not None:
-            motion = self._made[0].__self__  # whose method made the record
-            value = values_of(self, name, motion)
+            value = values_of(self, name, self._made[0].__self__)  # the motion that made the record
         else:
             raise AttributeError(name)
         self.__dict__[name] = value
@@ -292,7 +298,7 @@ class Record:
 
 
 def read_digits(motion: ClosedForm, t: Any, digits: int) -> Read:
-    """The numbers of a motion at a time, to so many digits."""
+    """The function from the name of a quantity to its value at a time, to so many digits."""
     ball = motion.reader(t, digits + BALL_SPARE_DIGITS)
     return lambda x: motion.energy(digits) if x == "energy" else to_mpf(ball(x), digits)
 
@@ -300,18 +306,18 @@ def read_digits(motion: ClosedForm, t: Any, digits: int) -> Read:
 def to_mpf(found: Any, digits: int) -> Any:
     """A ball, a tuple of balls or None, as mpmath numbers with so many digits."""
     ctx = context(digits + SHOWN_DIGITS)
-    return mapped(lambda x: midpoint(ctx, x), found)
+    return map_balls(lambda x: midpoint(ctx, x), found)
 
 
 def midpoint(ctx: Context, ball: arb) -> Number:
-    """The middle of a ball; 0 where the ball cannot be separated from it."""
+    """The middle of a ball; 0 where the ball has no bit of accuracy."""
     return ctx.zero if ball.rel_accuracy_bits() <= 0 else binary(ctx, *ball.mid().man_exp())
 
 
-def mapped(number: Callable[[arb], Any], found: Any) -> Any:
-    """What was found, each of its balls in other numbers."""
+def map_balls(number: Callable[[arb], Any], found: Any) -> Any:
+    """Return a ball, a tuple or a dict with each ball replaced; anything else unchanged."""
     if isinstance(found, tuple):
-        return tuple(mapped(number, x) for x in found)
+        return tuple(map_balls(number, x) for x in found)
     if isinstance(found, dict):
-        return {name: mapped(number, x) for name, x in found.items()}
+        return {name: map_balls(number, x) for name, x in found.items()}
     return number(found) if isinstance(found, arb) else found

@@ -1,8 +1,8 @@
-"""Tilts, period, precession and spin of whole arrays of tops and starts, by the closed form.
+"""Tilts, period, precession and spin of arrays of tops and starts, by the closed form.
 
-Everything is computed in plain doubles, by sums and products that lose few digits, with an estimate
-of the error beside it. Rows that it does not show to be reliable are computed one by one.
-The symbols are those of `heavytop.classification.reduced`.
+All is computed in plain doubles, by sums and products that lose few digits, with estimates of the
+errors. Rows with too large an estimate are computed one by one. The symbols are those of
+`heavytop.classification.reduced`.
 """
 
 from __future__ import annotations
@@ -24,42 +24,42 @@ from heavytop.errors import NoClosedForm
 from heavytop.exact.pairs import PI_REST, Array
 from heavytop.scene.arguments import expect
 
-# motions at a time: the arrays in use stay in the cache, the calls are few
+# motions computed at once: the arrays stay in the processor's cache, and calls are few
 MOTIONS_AT_ONCE: Final = 8192
 PROMISED: Final = 1e-12  # relative error of T; of angles relative to max(1, |x|)
 
 SUM_ROUNDING: Final = 2.0**-51  # of a sum of products, relative to the sizes of its terms
-# what doubles leave in T, and in sums of turns relative to their sizes
+# rounding error of T, relative, and of sums of turns relative to the sizes of their terms
 PERIOD_ROUNDING: Final = 7e-16
 LAGUERRE_STEPS: Final = 4  # each triples the digits once a root is isolated
 CONVERGED: Final = 1e-6  # bound on the last of these steps, relative to the root
-NOT_ZERO: Final = 2.0**-1000  # that nothing is divided by 0
-LEAST_MC: Final = 1e-2  # for 1 − m not less than this
-MEAN_STEPS: Final = 5  # of the mean are enough,
-MORE_STEPS: Final = 9  # and so many for 1 − m ≥ 1e-32
+NOT_ZERO: Final = 2.0**-1000  # added to a divisor that may be 0
+LEAST_MC: Final = 1e-2
+MEAN_STEPS: Final = 5  # of the arithmetic–geometric mean, for 1 − m ≥ LEAST_MC
+MORE_STEPS: Final = 9  # for 1 − m ≥ 1e-32
 SINE_TERMS: Final = 8
 ARCTAN_TERMS: Final = 10  # of the arctangent of an eighth of the tilt, to 2e-17
 
 
 @dataclass(frozen=True, eq=False)
 class Motions:
-    """What motions they are; arrays have the common shape of what was given.
+    """Periods, tilts and turns of many motions; arrays have the common shape of the numbers given.
 
     Parameters
     ----------
     given : dict of str to ndarray
         The tops and starts [kg m², rad, rad/s].
     tagged : bool
-        Whether tags are among the verdicts.
+        Whether the verdicts have tags.
     theta_min, theta_max : ndarray of float
-        The least and the greatest θ [rad]; bounds, where the axis tends to the vertical. Nan
-        where the motion is impossible.
+        The least and the greatest θ [rad]; bounds, where the axis tends to the vertical; nan where
+        the motion is impossible.
     period : ndarray of float
-        T [s], the period of θ. This and what follows is nan where nothing nutates.
+        T [s], the period of θ; this, `precession` and `spin` are nan where nothing nutates.
     precession, spin : ndarray of float
         Δφ and Δψ in one period [rad]; an exact pass through a pole makes φ jump by π.
     sent : int
-        How many were computed one by one, by `heavytop.Motion`.
+        The number of motions that were computed one by one, by `heavytop.Motion`.
     columns : tuple of str
         The names of the five arrays.
     """
@@ -110,21 +110,21 @@ def motions_many(
     Returns
     -------
     Motions
-        What is impossible is marked and counted, not refused.
+        Impossible motions are marked and counted; they raise no error.
 
     Raises
     ------
     ImpossibleStart
         Both psidot and omega3 are given.
     NotANumber
-        Something is not an array of integers or of doubles.
+        An argument is not an array of integers or of doubles.
     Impossible
         The shapes do not broadcast.
 
     Notes
     -----
-    On one machine every number is that of one motion alone, bit for bit: it depends on nothing else
-    in the array.
+    On one machine every number has the same bits as that of one motion alone: it does not depend on
+    the rest of the array.
 
     Accuracy: 1e-12 of `heavytop.Motion`'s, relative, and of angles relative to max(1, |x|); as near
     as 1e-15 to every special motion, by ``tests/analytic/test_many.py``.
@@ -165,7 +165,7 @@ def motions_many(
 
 
 def _compute_alone(columns: InputArrays, rest: Any, found: Array) -> int:
-    """Put in what is not reliable, and return how many were computed one by one."""
+    """Fill in the columns `rest`; return how many of them `heavytop.Motion` computed."""
     kinds, starts = classify_many(**columns.part(rest)), columns.starts(rest)
     steady_kinds = (Kind.AT_REST, Kind.SLEEPING, Kind.HANGING, Kind.UNIFORM_PRECESSION)
     names, stays = np.array(Verdicts.names), starts.level
@@ -186,26 +186,26 @@ def _compute_alone(columns: InputArrays, rest: Any, found: Array) -> int:
 def rows(starts: Starts) -> tuple[Any, ...]:
     """Least and greatest θ, period, precession and spin, and whether they are reliable.
 
-    Where θ does not nutate they mean nothing.
+    Where θ does not nutate the numbers are meaningless.
     """
     n = Nutations(starts)
     K, (at_bottom, at_top) = n.period_growth()
     period = 2 * K / n.w  # in units of A
-    carried, turned = n.kappa * period, abs(at_bottom) + abs(at_top)
-    precession, spun = at_bottom + at_top, n.sign * (carried + (at_bottom - at_top))
+    uniform, turned = n.kappa * period, abs(at_bottom) + abs(at_top)
+    precession, spin = at_bottom + at_top, n.sign * (uniform + (at_bottom - at_top))
     reliable = n.known & (n.error <= PROMISED)
-    for angle, size in ((precession, turned), (spun, turned + abs(carried))):
+    for angle, size in ((precession, turned), (spin, turned + abs(uniform))):
         reliable = reliable & (n.error * size <= PROMISED * np.maximum(1.0, abs(angle)))
     tilts = [tilt(n.sign, minus, plus) for plus, minus in (n.at_u1, n.at_u2)]
     ends = np.minimum(*tilts), np.maximum(*tilts)
-    return *ends, starts.A * period, precession, spun, reliable
+    return *ends, starts.A * period, precession, spin, reliable
 
 
 class Nutations:
-    """What nutates from some starts, as tops with A = 1 and g ≥ 0 that have other units of time.
+    """The nutations of some starts, scaled to A = 1 and seen with g ≥ 0.
 
-    Time is counted in units of A, so that nothing is divided. As the cosine of a double other than
-    0 is transcendental (Lindemann), P± vanish only where everything in them does, or where A = C
+    Time is counted in units of A, so that nothing is divided by it. As the cosine of a double other
+    than 0 is transcendental (Lindemann), P± vanish only where all their terms do, or where A = C
     and ψ̇ = ∓φ̇.
 
     Attributes
@@ -219,11 +219,11 @@ class Nutations:
     down, up, swing : ndarray
         u₀ − u₁, u₂ − u₀ and u₂ − u₁.
     mc, w, kappa, speed : ndarray
-        1 − m; the rates of x and of what ψ is freed from; a bound of the speed of the axis.
+        1 − m; the rate of x; the uniform part of ψ̇; a bound of the speed of the axis.
     error : ndarray
-        What is not known of the period, relative to it,
+        An estimate of the error of the period, relative to it,
     known : ndarray of bool
-        where that itself is known.
+        where the estimate holds.
     """
 
     def __init__(self, starts: Starts) -> None:
@@ -248,7 +248,7 @@ class Nutations:
         surplus = 2 * (kinetic2 - 2 * g * high - b * minus)
         size_f1 = 2 * (size_b * abs(drift) + kinetic2 + g * sin2)
         size_surplus = kinetic2 + 2 * g * high + size_b * (abs(drift) + size_b * high)
-        # with the lowest root d₁, which is no neighbour of d₃, 1 − u₁ is known; the rest follows:
+        # the lowest root d₁, which is never close to d₃, gives 1 − u₁; the rest follows from
         # 2g (1 ± u₁)(1 ± u₂)(u₃ ± 1) = P±²,
         # 2g [(u₃ − 1) − (1 − u₂)](1 − u₁) = −f'(1) − P₋²/(1 − u₁)
         d1, converged = _least_distance(f0, f1, f2, 2 * g, low)
@@ -266,7 +266,7 @@ class Nutations:
         self.mc, self.w = (lead + 2 * g * minus2) / reach, np.sqrt(reach) / 2
         self.at_u1, self.at_u2 = np.stack((plus1, minus1)), np.stack((plus2, minus2))
         self.kappa, self.speed = omega3 * (A - C), np.sqrt(kinetic2 + 4 * g)
-        # P±, once their signs are known, and f₁ add no more than a few times this
+        # where their signs are known, P± and f₁ add a few times this at most
         error = SUM_ROUNDING * (4 * g + kinetic2 + size_b * size_b) / reach
         self.error = error + 2 * SUM_ROUNDING * size_surplus / (minus1 * larger) + PERIOD_ROUNDING
         self.known: Mask = converged & starts.in_range & ~is_impossible(A, C, starts.theta)
@@ -275,7 +275,7 @@ class Nutations:
             self.known &= zero | (abs(one) >= 4 * SUM_ROUNDING * (abs(drift) + size_b * height))
 
     def period_growth(self) -> tuple[Array, Array]:
-        """K, and what Φ₊ and Φ₋ grow by in a period [rad]; an exact pass is a jump."""
+        """K, and the growth of Φ₊ and Φ₋ in a period [rad]; at an exact pass it is a jump."""
         mc, p = self.mc, self.at_u2 / self.at_u1
         K, third = complete(mc, p)
         if (small := mc < LEAST_MC).any():
@@ -285,24 +285,24 @@ class Nutations:
 
 
 def _heights(theta: Array, sign: Array) -> tuple[Array, Array]:
-    """1 ∓ u₀, each with its digits: the lesser is twice sin² of half the angle to a pole.
+    """1 ∓ u₀, each to its own digits: the smaller is 2 sin² of half the angle to a pole.
 
-    The sine is a series, so that it has the same bits whatever vectors the processor has.
+    The sine is summed as a series, so that its bits do not depend on the processor's vectors.
     """
-    late = theta > pi / 2
-    half = np.where(late, (pi - theta) + PI_REST, theta) / 2
+    low = theta > pi / 2
+    half = np.where(low, (pi - theta) + PI_REST, theta) / 2
     square, sine = half * half, np.ones(1)
     for k in range(SINE_TERMS, 0, -1):
         sine = 1 - square * sine / (2 * k * (2 * k + 1))
-    nearer, below = 2 * square * sine * sine, late ^ (sign < 0)
+    nearer, below = 2 * square * sine * sine, low ^ (sign < 0)
     return np.where(below, 2 - nearer, nearer), np.where(below, nearer, 2 - nearer)
 
 
 def _least_distance(f0: Array, f1: Array, f2: Array, f3: Array, low: Array) -> tuple[Array, Mask]:
-    """d₁, and whether the last step was small and f rises there, as it does not at d₂.
+    """The lowest root d₁, and whether the last step was small and f rises there (at d₂ it falls).
 
-    The negative root of f₀ + f₁ d + (f₂ + f₃ e) d² is d₁ for e = d₁, for a lower e it is higher,
-    and for a higher one lower. From below all roots Laguerre's method never passes the first.
+    The negative root of f₀ + f₁ d + (f₂ + f₃ e) d² is d₁ for e = d₁, above it for a lower e, below
+    it for a higher one. Started below all roots, Laguerre's method never passes the first.
     """
     over = _negative_root(f0, f1, f2 - f3 * low)
     under = _negative_root(f0, f1, f2 + f3 * over)
@@ -328,8 +328,8 @@ def _negative_root(f0: Array, f1: Array, f2: Array) -> Array:
 def complete(mc: Array, p: Array, steps: int = MEAN_STEPS) -> tuple[Array, Array]:
     """K(1 − mc), and Π(1 − p | 1 − mc) for p > 0, mc ≥ 1e-32, by steps of one mean.
 
-    Bulirsch's sequences, whose terms are all positive; that of the mean is the same for every p,
-    of which there may be a row more.
+    By Bulirsch's sequences, whose terms are all positive; the mean is the same for every p, which
+    may have more rows than mc.
 
     Examples
     --------
@@ -350,10 +350,10 @@ def complete(mc: Array, p: Array, steps: int = MEAN_STEPS) -> tuple[Array, Array
 
 
 def tilt(sign: Array, one_minus_u: Array, one_plus_u: Array) -> Array:
-    """θ, seen from above, by its distance from the nearer pole, 2 arctan √(nearer/farther).
+    """θ, seen from above, by the angle to the nearer pole, 2 arctan √(nearer/farther).
 
-    That is found by the tangent of its eighth part, for which a series is short: sums, products and
-    roots have the same bits whatever vectors the processor has.
+    It is 8 times the arctangent of a small number, which a short series gives: the bits of sums,
+    products and roots do not depend on the processor's vectors.
     """
     nearer, farther = np.minimum(one_minus_u, one_plus_u), np.maximum(one_minus_u, one_plus_u)
     quarter = np.sqrt(nearer / 2) / (1 + np.sqrt(farther / 2))
@@ -362,5 +362,5 @@ def tilt(sign: Array, one_minus_u: Array, one_plus_u: Array) -> Array:
     for k in range(ARCTAN_TERMS, 0, -1):
         series = (series + 1 / (2 * k + 1)) * square
     angle: Array = 8 * (eighth + eighth * series)
-    late = (sign < 0) ^ (one_minus_u > one_plus_u)
-    return np.where(late, pi - angle, angle)
+    low = (sign < 0) ^ (one_minus_u > one_plus_u)
+    return np.where(low, pi - angle, angle)

@@ -1,4 +1,4 @@
-"""One motion of one top: its constants, turning points, kind and closed form, to any digits."""
+"""The exact motion of a top: constants, turning points, kind and closed form, to any digits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from heavytop.analytic.form import (
     BALL_SPARE_DIGITS,
     FORMULAS,
     Record,
-    mapped,
+    map_balls,
     midpoint,
     read_digits,
     to_mpf,
@@ -32,13 +32,13 @@ from heavytop.scene.top import Top
 from heavytop.text import Played
 
 MOST_DIGITS: Final = 10_000
-FLOAT_DIGITS: Final = 40  # behind every float
+FLOAT_DIGITS: Final = 40  # of the ball from which a float is rounded
 
 
 class Constant(cached_property[Any]):
     """A number of `Constants`, by its name, as a float or a tuple of floats, or None.
 
-    What cannot be separated from zero is zero.
+    A ball that contains 0 becomes 0.
     """
 
     def __init__(self, doc: str) -> None:
@@ -46,13 +46,14 @@ class Constant(cached_property[Any]):
         self.__doc__ = doc
 
     def _read(self, motion: ClosedForm) -> Any:
+        """The value of the property of a motion."""
         name = str(self.attrname)
         found = motion.refine(name, attrgetter(name), FLOAT_DIGITS)
-        return mapped(lambda x: 0.0 if x.contains(0) else float(x), found)
+        return map_balls(lambda x: 0.0 if x.contains(0) else float(x), found)
 
 
 class ClosedForm(Refined):
-    """The exact motion that some numbers define; floats, and numbers of any digits by their names.
+    """The exact motion of given constants: properties are floats; `at`, `ball`, `mpf` have digits.
 
     Parameters
     ----------
@@ -106,7 +107,7 @@ class ClosedForm(Refined):
 
     @property
     def round(self) -> float | None:
-        """The time [s] in which the axis goes once round, 2π over the mean of |φ̇|.
+        """The time [s] in which the axis goes once round, 2π over |mean φ̇|.
 
         None where that is zero, on the vertical, and where a motion that tends to it has no mean.
         """
@@ -135,7 +136,7 @@ class ClosedForm(Refined):
         return context(digits).nan
 
     def events(self, kind: str) -> EventTimes:
-        """When the events of one kind happen.
+        """The times of the events of one kind.
 
         Parameters
         ----------
@@ -150,7 +151,7 @@ class ClosedForm(Refined):
         return EventTimes(self, kind)
 
     def at(self, t: Any, digits: int | None = None, t_lo: Any = 0.0) -> Any:
-        """Where the top is at the time or times t [s].
+        """The top at the time or times t [s].
 
         Parameters
         ----------
@@ -177,7 +178,7 @@ class ClosedForm(Refined):
             where 65 536 bits do not give them.
         """
         if digits is None:
-            from heavytop.analytic.doubles import read_doubles  # a verdict takes no arrays
+            from heavytop.analytic.doubles import read_doubles  # imports numpy, which is slow
 
             return Record(read_doubles(self, t, t_lo), (self.at, (t, None, t_lo)))
         digits = integer("digits", digits, 1, MOST_DIGITS)
@@ -237,14 +238,14 @@ class ClosedForm(Refined):
         """
         found = self.ball(name, integer("digits", digits, 2, MOST_DIGITS), t)
         self.require_proof()
-        return mapped(Interval.of, found)
+        return map_balls(Interval.of, found)
 
     def mpf(self, name: str, digits: int, t: Any = None) -> Any:
-        """The same as mpmath numbers, the middles of balls."""
+        """A number of the motion, as `ball` has it, in mpmath numbers: the middles of balls."""
         return to_mpf(self.ball(name, digits + BALL_SPARE_DIGITS, t), digits)
 
     def require_proof(self) -> None:
-        """Raise what was taken for zero without a proof."""
+        """Raise `Unseparated` where a number was taken for 0 without a proof."""
         if self.doubt is not None:
             raise self.doubt
 
@@ -256,9 +257,9 @@ class Motion(Played, ClosedForm):
     Parameters
     ----------
     top : Top
-        What spins.
+        The top.
     start : State
-        How it starts.
+        Its start.
 
     Raises
     ------
@@ -298,7 +299,7 @@ class Motion(Played, ClosedForm):
         expect("start", self.start, State)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Motion, (self.top, self.start)  # what was computed is not copied
+        return Motion, (self.top, self.start)  # computed numbers are not copied
 
     def __str__(self) -> str:
         return f"Motion({self.top}, {self.start})"
@@ -320,7 +321,7 @@ class Motion(Played, ClosedForm):
 
     @property
     def tags(self) -> tuple[str, ...]:
-        """What else holds."""
+        """The tags of the verdict: special properties of the motion beside its kind."""
         return self.verdict.tags
 
     @property

@@ -26,8 +26,8 @@ class Potential:
     g : float
         gMR/A [1/s²].
     momenta : tuple of 2 float
-        P₊ and P₋ [1/s], exactly zero where an axis passes through that pole, or so nearly that no
-        double has it.
+        P₊ and P₋ [1/s], exactly 0 where the axis passes through that pole, or where they are too
+        small for doubles.
 
     Examples
     --------
@@ -60,5 +60,5 @@ class Potential:
         missed, b2 = self.momenta[self.g > 0], (self.momenta[0] - self.momenta[1]) ** 2 / 4
         if missed or b2 >= 4 * abs(self.g):
             return None
-        turn = acos(b2 / (2 * abs(self.g)) - 1)  # V = |g|; a pendulum's is the other pole
+        turn = acos(b2 / (2 * abs(self.g)) - 1)  # where V = |g|; of a pendulum the other pole
         return (0.0, turn) if self.g > 0 else (pi - turn, pi)

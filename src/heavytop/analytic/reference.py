@@ -1,4 +1,4 @@
-"""Exact values of a motion at given times: decimals of which every digit is proved."""
+"""Exact values of a motion at given times, as decimals with every digit proved."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ REFERENCE_SCHEMA: Final = "heavytop/reference/1"
 MOST_TIMES: Final = 1_000_000
 MOST_EVENTS: Final = 100_000
 MOST_PRINTED_DIGITS: Final = 4000  # Python prints integers of 4300
-UNSPUN: Final = {"theta", "phi", "axis"}  # what a point mass has
-PROVED_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
+UNSPUN: Final = {"theta", "phi", "axis"}  # the quantities of a point mass
+PROVED_DIGITS: Final = 3  # beyond the printed ones: the last one is off by its rounding alone
 
-# of each quantity the headings of its columns, and the names of a record that stand in them
+# for each quantity the headings of its columns, and the names of their values in a record
 EVENT_QUANTITIES: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     name: (component_names(columns_of(name)), columns_of(name))
     for name in (*wanted(), "omega")
@@ -51,10 +51,10 @@ class Reference:
     scene : Scene
         Its top and its start.
     digits : int
-        Digits of every number, in front of the point and behind it; behind it alone below 1. Whole
-        numbers of more digits have all of theirs.
+        Digits of every number, before and after the decimal point; below 1 only those after it.
+        Whole numbers of more digits keep all of them.
     columns : mapping from str to tuple of str
-        Decimal texts by the name of the column; ``t`` [s] has the times, exact.
+        Decimal texts by the name of the column; ``t`` [s] has the exact times.
     events : tuple of (str, str)
         Turning points, reversals and cusps between the first time and the last: kind, time [s].
 
@@ -119,14 +119,14 @@ def reference(
     Parameters
     ----------
     scene : Scene
-        Its top and its start; its span and its wants are not used.
+        Its top and its start are used; its span and the quantities that it wants are not.
     times : str or sequence of number
         ``"A:B:STEP"`` from A to B [s], or the times themselves: floats mean their binary value,
         texts are decimals.
     quantities : sequence of str
         Any of theta, phi, psi, rates, axis, attitude, omega (in space).
     digits : int
-        Digits of every number: in front of the point and behind it; behind it alone below 1.
+        Digits of every number, before and after the decimal point; below 1 only those after it.
     events : sequence of str
         Any of turning, reversal, cusp: their times between the first time and the last.
 
@@ -137,7 +137,7 @@ def reference(
     Raises
     ------
     BadScene
-        There is no such quantity or event; digits or times are out of bounds. All is listed.
+        A quantity or event is unknown; digits or times are out of bounds. Every fault is listed.
     Impossible
         There are too many events between the times.
     Unseparated
@@ -189,11 +189,11 @@ def reference(
 def read_request(
     scene: Scene, times: Any, quantities: Sequence[str], digits: int, events: Sequence[str]
 ) -> tuple[tuple[Fraction, ...], int, list[Any], list[str]]:
-    """What is asked, as `reference` needs it: times, digits, quantities, kinds of events."""
+    """The arguments of `reference`, read: times, digits, quantities, kinds of events."""
     expect_scene(scene)
     file = scene.name
-    few: Reader = Range(2, MOST_PRINTED_DIGITS, whole=True)
-    readers: dict[str, Reader] = {"times": times_of, "digits": few}
+    digits_read = Range(2, MOST_PRINTED_DIGITS, whole=True)
+    readers: dict[str, Reader] = {"times": times_of, "digits": digits_read}
     options, wrong = parse_options(file, {"times": times, "digits": digits}, readers)
     wanted, unknown = parse_names(file, "quantities", quantities, one_of(EVENT_QUANTITIES))
     known = {x: x for x in EVENTS}
@@ -213,10 +213,10 @@ def times_of(times: object) -> tuple[Fraction, ...]:
     >>> [exact_text(t) for t in times_of("0:1:0.25")], exact_text(Fraction(1, 3))
     (['0', '0.25', '0.5', '0.75', '1'], '1/3')
     """
-    given = arguments.items_of(times.split(":") if isinstance(times, str) else times)
-    if given is None:
+    items = arguments.items_of(times.split(":") if isinstance(times, str) else times)
+    if items is None:
         raise Refused("A:B:STEP, or a sequence of numbers")
-    found = tuple(map(_time, given))
+    found = tuple(map(_time, items))
     if isinstance(times, str):
         if len(found) != 3:
             raise Refused("A:B:STEP, three decimal numbers in seconds")
@@ -271,6 +271,6 @@ def read_times(text: str) -> str | list[str]:
 
 
 def exact_text(x: Fraction) -> str:
-    """A rational number as a decimal, where it is one; else as a fraction."""
+    """A rational number as a finite decimal, where there is one; else as a fraction."""
     text = text_of(rational(x))
     return text if "/" in text else f"{Decimal(text):f}"

@@ -1,4 +1,4 @@
-"""The closed form at rising precision: more and more bits until a result is known well enough."""
+"""The closed form at rising precision: the bits are doubled until a result has its digits."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from functools import cache, cached_property
 from operator import attrgetter
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from flint import arb, ctx
 
@@ -22,20 +22,20 @@ from heavytop.exact.balls import ball_of, bound_of, working
 from heavytop.exact.number import rational, rational_value
 from heavytop.scene.quantities import RATES
 
-SPARE_BITS: Final = 40  # beyond those of the digits, which most motions do not use up
-EARLY_BITS: Final = 16  # of them are left for times that are not late
-LATE_BITS: Final = 64  # bits for late times come by so many, so that times share their constants
+T = TypeVar("T")
+SPARE_BITS: Final = 40  # beyond those of the digits: enough for most motions
+EARLY_BITS: Final = 16  # of the spare bits, for times up to 2¹⁶ radians
+LATE_BITS: Final = 64  # later times add a multiple of it, so that near times share constants
 LOG10_2: Final = math.log10(2)
 
 RELATIVE: Final = (
     "a fact", "nearest", "modulus", "amplitude", "theta", "one_minus_u", "one_plus_u",
     "precession", "spin", "relative_spin", "mean_rates",
 )  # fmt: skip
-"""Whose digits count from the first one that is not 0; others' from max(1, |x|).
+"""Numbers with relative digits; the digits of all others are relative to max(1, |x|).
 
-What `MOST_SIGN_BITS` bits do not separate from 0 has no such digit, and counts as the others do.
-
-Those of rates in a motion slower than 1 rad/s count from its fastest rate.
+So are those of numbers that `MOST_SIGN_BITS` bits do not separate from 0. Digits of rates in a
+motion slower than 1 rad/s are relative to its fastest rate.
 """
 
 
@@ -58,14 +58,14 @@ class Refined:
 
     @cached_property
     def regime(self) -> Regime:
-        """What is exactly so of the motion; what cannot be separated from zero counts as zero."""
+        """What is exactly 0 in the motion; a number that is not separated from 0 counts as 0."""
         with working(FEW_BITS):
             return Regime.of(self.source, self._start, self.vanishes)
 
     def vanishes(self, name: str) -> bool:
-        """Whether a number of the reduced motion is 0, or cannot be separated from it.
+        """Whether a number of the reduced motion is 0, or cannot be separated from 0.
 
-        At a working precision of `FEW_BITS`.
+        To be called at the working precision `FEW_BITS`.
         """
         side = self.source.sign(attrgetter(name), self._start)
         if side is None and "doubt" not in self._cache:
@@ -76,31 +76,31 @@ class Refined:
 
     @property
     def doubt(self) -> Unseparated | None:
-        """What was taken for zero without a proof, if anything was."""
-        _ = self.regime  # which may doubt
+        """The error that a number was taken for 0 without a proof; None where none was."""
+        _ = self.regime  # reading it may set a doubt
         found: Unseparated | None = self._cache.get("doubt")
         return found
 
     def refine(
         self,
         what: str,
-        value: Callable[[Constants], Any],
+        value: Callable[[Constants], T],
         digits: int | None = None,
         late: float = 0.0,
-    ) -> Any:
-        """What a function of the constants gives, as soon as its balls have the digits.
+    ) -> T:
+        """Return the value of a function of the constants, at a precision that gives the digits.
 
         Parameters
         ----------
         what : str
-            What it is, for the message, and for what its digits count from.
+            The name of the number, for the message and for `RELATIVE`.
         value : callable
-            From the constants to a ball, a tuple or a dict with balls, or what has none; it raises
-            `TooFewBits` where it takes more bits.
+            Function of the constants to a ball, to a tuple or dict with balls, or to anything
+            without balls; it raises `TooFewBits` where it needs more bits.
         digits : int, optional
             Decimal digits: each radius is at most 10⁻ᵈ of the size.
         late : float
-            The time [s] that it is about.
+            The time [s] at which it is a number of the motion.
 
         Raises
         ------
@@ -112,7 +112,8 @@ class Refined:
             with working(bits):
                 try:
                     found = value(self._constants(bits))
-                    wide = digits and [x for x in balls_in(found) if not self._has(what, x, digits)]
+                    found_balls = balls_in(found) if digits else ()
+                    wide = [x for x in found_balls if not self._has_digits(what, x, digits or 0)]
                     if not wide:
                         return found
                     if wide[0].is_finite():
@@ -134,7 +135,7 @@ class Refined:
             bits += LATE_BITS * math.ceil(max(math.log2(turned) - EARLY_BITS, 0.0) / LATE_BITS)
         return min(bits, self.limit)
 
-    def _has(self, what: str, x: arb, digits: int) -> bool:
+    def _has_digits(self, what: str, x: arb, digits: int) -> bool:
         """Whether a ball has the digits of a quantity."""
         if not x.is_finite():
             return False
@@ -155,7 +156,7 @@ class Refined:
 
     @cached_property
     def rate(self) -> float:
-        """The order of the fastest rate in the motion [rad/s]: what late times lose digits by."""
+        """The order of the fastest rate of the motion [rad/s], by which late times lose digits."""
         with working(FEW_BITS):
             g, b = self._start.g, self._start.b
             square = (abs(g) + 2 * self._start.kinetic0 + b * b).upper()
@@ -163,16 +164,17 @@ class Refined:
 
     @cached_property
     def _start(self) -> Reduced:
+        """The start in units A = 1, in balls of `FEW_BITS`."""
         with working(FEW_BITS):
             return self.source.reduced(FEW_BITS)
 
     @cached_property
     def _cache(self) -> dict[Any, Any]:
-        """Constants by their bits, forms by constants and kind of numbers, and a doubt."""
+        """Constants by their bits, forms by constants and arithmetic, and a doubt."""
         return {}
 
     def _constants(self, bits: int) -> Constants:
-        """The constants in balls of a precision, which must be the working one."""
+        """The constants in balls of a precision, which must be the working precision."""
         if bits not in self._cache:
             given = self._start if bits == FEW_BITS else self.source.reduced(bits)
             angles = self.source.angles(bits)
@@ -181,18 +183,18 @@ class Refined:
         return found
 
     def form(self, c: Constants, N: Any) -> Form:
-        """The closed form of some constants in some kind of numbers, made once."""
+        """The closed form of constants in the arithmetic of `balls` or `doubles`, made once."""
         if (c, N) not in self._cache:
             self._cache[c, N] = Form(c, N)
         found: Form = self._cache[c, N]
         return found
 
     def time(self, t: Any) -> Exact:
-        """A time [s] of any kind and size, exactly; floats mean their binary value."""
+        """The exact number of a time [s]; floats mean their binary value."""
         return Exact.of(t) if isinstance(t, str | Exact) else rational(rational_value(t))
 
     def reader(self, t: Any, digits: int) -> Callable[[str], Any]:
-        """The quantities of the motion at a time [s] by their names, balls of so many digits."""
+        """The function from the name of a quantity to its ball of so many digits at a time [s]."""
         time = self.time(t)
         late = abs(float(time.ball(FEW_BITS)))
         point = cache(lambda c: self.form(c, balls)(ball_of(time)))
@@ -200,7 +202,7 @@ class Refined:
 
 
 def balls_in(found: Any) -> Iterator[arb]:
-    """All balls in what was found."""
+    """Yield the balls in a ball, a tuple or a dict; none of anything else."""
     if isinstance(found, arb):
         yield found
     elif isinstance(found, tuple | dict):

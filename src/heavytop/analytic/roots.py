@@ -33,18 +33,18 @@ class TooFewBits(Exception):
 
 
 def pair(one: arb, other: arb, product: arb) -> tuple[arb, arb]:
-    """Two numbers of known product, each by itself and through the other; exact zeros stay."""
+    """Return balls of two numbers, made narrower by their product; exact zeros stay."""
     one = one if one.is_zero() else _intersect(one, product / other)
     return one, other if other.is_zero() else _intersect(other, product / one)
 
 
 def _intersect(one: arb, other: arb) -> arb:
-    """What two balls around one number have in common."""
+    """The common part of two balls around one number."""
     return one.intersection(other) if one.is_finite() and other.is_finite() else one
 
 
 def distances(cubic: tuple[arb, ...], upright: Reduced, regime: Regime) -> list[arb]:
-    """Increasing distances u − u₀ of the roots, two of them where g = 0."""
+    """The distances u − u₀ of the roots, increasing, two of them where g = 0."""
     found = [] if regime.misses_bottom else [-upright.one_plus_u0]
     if not regime.misses_top:
         found.append(upright.one_minus_u0)
@@ -63,7 +63,7 @@ def distances(cubic: tuple[arb, ...], upright: Reduced, regime: Regime) -> list[
 def _real_roots(f: arb_poly) -> list[arb]:
     """All roots, known to be real, of a polynomial of degree 0 to 3."""
     if f.degree() == 3:
-        return _cubic(*f.coeffs())
+        return _cubic_roots(*f.coeffs())
     if f.degree() == 2:
         q0, q1, q2 = f.coeffs()
         root = root_of(q1 * q1 - 4 * q2 * q0)
@@ -72,30 +72,30 @@ def _real_roots(f: arb_poly) -> list[arb]:
     return [-f[0] / f[1]] if f.degree() else []
 
 
-def _cubic(f0: arb, f1: arb, f2: arb, f3: arb) -> list[arb]:
-    """By Viète's cosine, its angle from the discriminant: acos would fail where roots are close."""
+def _cubic_roots(f0: arb, f1: arb, f2: arb, f3: arb) -> list[arb]:
+    """The roots by Viète's cosine, its angle by atan2: acos would fail where roots are close."""
     p = (3 * f3 * f1 - f2 * f2) / (3 * f3 * f3)
     q = (2 * f2 * f2 * f2 - 9 * f3 * f2 * f1 + 27 * f3 * f3 * f0) / (27 * f3 * f3 * f3)
-    # products, for a power of a ball that holds 0 is not finite
+    # products: a power of a ball that contains 0 is not finite
     angle = arb.atan2(root_of(-4 * p * p * p - 27 * q * q), -q * arb(27).sqrt()) / 3
     size, shift, third = 2 * root_of(-p / 3), f2 / (3 * f3), 2 * arb.pi() / 3
     return [size * (angle - third * k).cos() - shift for k in range(3)]
 
 
 def root_of(x: arb) -> arb:
-    """The root of a number known not to be negative, whatever its ball."""
+    """The square root of a number that is not negative, though its ball may reach below 0."""
     return x.nonnegative_part().sqrt()
 
 
 def sign_of(x: arb, names: str) -> int:
-    """1 or −1 where x ≥ 0 or x < 0; TooFewBits, with these names, where the ball does not show."""
+    """1 where x ≥ 0, −1 where x < 0; `TooFewBits`, with these names, where the ball has both."""
     if not (x >= 0 or x < 0):
         raise TooFewBits(names, x)
     return 1 if x >= 0 else -1
 
 
 def floor(x: arb) -> int:
-    """The largest whole number not above x; TooFewBits where a ball is on both sides of one."""
+    """The largest whole number not above x; `TooFewBits` where the ball does not determine it."""
     low, high = x.lower().floor(), x.upper().floor()
     if low != high or not x.is_finite():
         raise TooFewBits("an event and the end of the span", x - high)

@@ -1,4 +1,4 @@
-"""How the period and what turns in it change with the top and with its start."""
+"""Derivatives of T, Δφ and Δψ by the numbers of the top and of its start."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from heavytop.scene.top import Top
 
 DIFFERENTIATED: Final = ("period", "precession", "spin")
 DIFFERENCE_DIGITS: Final = 130  # of the closed form on either side
-DIFFERENCE_STEP: Final = Exact.of("1e-40")  # of a number's natural size
+DIFFERENCE_STEP: Final = Exact.of("1e-40")  # over the natural size of a number
 
 
 def sensitivities(top: Top, start: State) -> dict[str, dict[str, float]]:
@@ -23,17 +23,17 @@ def sensitivities(top: Top, start: State) -> dict[str, dict[str, float]]:
     Parameters
     ----------
     top : Top
-        What spins.
+        The top.
     start : State
-        How it starts.
+        Its start.
 
     Returns
     -------
     dict of dict of float
         Under "period", "precession" and "spin" dT/dx [s per unit of x], dΔφ/dx and dΔψ/dx [rad per
         unit of x], by the name of each x: A and C [kg m²], gMR [J], theta [rad], thetadot, phidot
-        and the spin that the start gives, psidot or omega3 [rad/s]. When one of them varies, the
-        others are held.
+        and the spin that the start gives, psidot or omega3 [rad/s]. They are partial derivatives:
+        one number varies, the others are constant.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def sensitivities(top: Top, start: State) -> dict[str, dict[str, float]]:
 
 
 def _turns(numbers: dict[str, Exact], x: str, value: Exact) -> list[Number]:
-    """A number, and T, Δφ and Δψ of the motion with it; unchanged where it is impossible."""
+    """A number, and T, Δφ and Δψ of the motion with it; the given number where it is impossible."""
     A, C, gMR, *start = (numbers | {x: value}).items()
     try:
         with warnings.catch_warnings(action="error", category=FoldedTiltWarning):

@@ -1,4 +1,4 @@
-"""Theta functions of one m beside a turning point, for balls and for arrays: series in the nome.
+"""Theta functions of one m near a turning point, for balls and for arrays: series in the nome.
 
 With z = πx/2K and the nome of m, or for m > ½ by Jacobi's imaginary transformation z = πx/2K' and
 that of 1 − m, θ₁ and θ₂ are Σ (∓1)ⁿ qⁿ⁽ⁿ⁺¹⁾ s₂ₙ₊₁, c₂ₙ₊₁ and θ₃, θ₄ are 1 + 2 Σ (±1)ⁿ qⁿⁿ c₂ₙ, with
@@ -18,12 +18,15 @@ from flint import arb, arb_mat, fmpz_mat, fmpz_poly
 from heavytop.analytic.roots import TooFewBits
 
 Series = Callable[[Any, Any, Any], Any]
-"""A function of S, C and S² (of −S² where they are hyperbolic)."""
+"""A function of S, C and S²; of S, C and −S² where these are hyperbolic."""
 
 
 @cache
 def multiples(factors: str, count: int) -> arb_mat:
-    """Coefficients of sin (2k+1)z/S, cos (2k+1)z/C, cos 2kz, sin 2kz/SC in powers of S²."""
+    """Coefficients in powers of S², a row for each k < count, of functions with these factors.
+
+    Those are sin (2k+1)z/S, cos (2k+1)z/C, cos 2kz (no factor) and sin 2kz/SC.
+    """
     U = [fmpz_poly([0]), *map(fmpz_poly.chebyshev_u, range(count))]
     families = {
         "S": [U[k + 1] + U[k] for k in range(count)],
@@ -37,9 +40,9 @@ def multiples(factors: str, count: int) -> arb_mat:
 
 
 class Theta:
-    """The amplitudes, in balls, of sn, cn, dn and of the sweeps of one m, beside a turning point.
+    """The series of sn, cn, dn and of sweeps for one m, near a turning point.
 
-    `scale` is z over x, and `half` the z from one turning point to the next.
+    `scale` is z/x, and `half` the growth of z from one turning point to the next.
     """
 
     def __init__(self, m: arb, mc: arb, bits: int) -> None:
@@ -48,28 +51,26 @@ class Theta:
         self.scale, other = means[::-1] if self.hyperbolic else means
         ratio = arb(0) if other.is_zero() else self.scale / other
         self.root_q = q = arb(0) if other.is_zero() else (-arb.pi() / 2 * ratio).exp()
-        if not q < 0.25:  # e^(−π/2) but for what K'/K is not known to
+        if not q < 0.25:  # it is e^(−π/2) at most
             raise TooFewBits("K'/K and 1", q)
         self.half = arb.pi() / 2 * (ratio if self.hyperbolic else 1)
         self.decay = -math.log2(max(float(q), 1e-300))
-        self._terms: dict[int, int] = {}
         count = self.terms(bits)
-        # half way to the next turning point the first term left out is q^(n(2n − 1)) at most
+        # half way to the next turning point the first omitted term is at most q^(n(2n − 1))
         self.rest = arb(0, (64 * q ** (count * (2 * count - 1))).upper())
         self.odd = [q ** (2 * k * (k + 1)) for k in range(count)]
         self.even = [q ** (2 * k * k) * (2 if k else 1) for k in range(count)]
 
     def terms(self, bits: int) -> int:
-        """How many terms change numbers of so many bits."""
-        count = self._terms.get(bits, 1)
+        """The number of terms that numbers of so many bits need."""
+        count = 1
         while count * (2 * count - 1) * self.decay < bits + 10:
             count += 1
-        self._terms[bits] = count
         return count
 
     @cached_property
     def _sizes(self) -> list[list[arb]]:
-        """Of θ below the line, sn, cn and dn times it beside u₁, and of the same of K + x."""
+        """Sizes of the denominator θ, and of sn, cn and dn times it: of x beside u₁, of K + x."""
         sums = (sum(x, arb(0)) for x in (self.odd, self.even, alternate(self.even)))
         (second, third, fourth), far = sums, arb(1)  # θ₂, θ₃ and θ₄ at 0
         if self.hyperbolic:
@@ -79,7 +80,7 @@ class Theta:
 
     @cached_property
     def _rows(self) -> tuple[tuple[tuple[str, list[arb]], ...], ...]:
-        """Factors and amplitudes of the four, of x and of K + x."""
+        """Factors and amplitudes of the same four functions: of x beside u₁, of K + x."""
         one, two = ("S", alternate(self.odd)), ("C", self.odd)
         three, four = ("", self.even), ("", alternate(self.even))
         if self.hyperbolic:
@@ -87,11 +88,14 @@ class Theta:
         return (four, one, two, three), (three, two, one, four)
 
     def function(self, N: Any, upper: bool, which: int) -> Series:
-        """θ below the line (0), or sn (1), cn (2) or dn (3) times it, of x or of K + x."""
+        """The series of the denominator θ (0), or of sn (1), cn (2) or dn (3) times it.
+
+        They are functions of x counted from u₁, or, beside u₂, of K + x.
+        """
         return self._series(N, *self._rows[upper][which], self._sizes[upper][which])
 
     def sweep(self, N: Any, v: arb, sign: int, beside: bool) -> Series:
-        """The angle of the sweep of a pole at v, near the turning point beside it or the other."""
+        """The series of the sweep of a pole at v, near the turning point beside it or the other."""
         row, first, b = self.odd, 1, self.scale * v
         if self.hyperbolic and not beside:
             row, first = self.even, 0
@@ -113,11 +117,11 @@ class Theta:
         return lambda *at: sign * N.atan2(y(*at), x(*at))
 
     def step(self, v: arb, sign: int) -> arb:
-        """What a sweep grows by from one turning point to the next, but for a multiple of time."""
+        """The growth of a sweep between turning points, without a part proportional to time."""
         return sign * (arb.pi() / 2 - (self.scale * v if self.hyperbolic else 0))
 
     def _series(self, N: Any, factors: str, amplitudes: list[arb], size: Any = 1) -> Series:
-        """The sum of the functions that have the factors, with such amplitudes, times a size."""
+        """The sum of the functions with these factors, times their amplitudes and a common size."""
         count = self.terms(N.bits) if N.bits else len(amplitudes)
         powers = arb_mat(1, count, amplitudes[:count]) * multiples(factors, count)
         rest = None if N.bits else size * self.rest
@@ -127,7 +131,7 @@ class Theta:
             total = first
             for power in others:
                 total = total * square
-                total += power  # in its place
+                total += power  # in place, which is faster
             total = total if rest is None else total + rest
             for name in factors:
                 total = total * (S if name == "S" else C)
