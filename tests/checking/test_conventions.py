@@ -8,7 +8,7 @@ from heavytop.checking.comparison import Comparison
 from heavytop.checking.conventions import OMEGAS, TABLE
 from heavytop.checking.headers import HEADER_UNITS
 from heavytop.checking.reading import read
-from heavytop.checking.search import FIRST, Explanation, Undoing, judge, undo_names
+from heavytop.checking.search import FIRST_ERROR, Explanation, Undoing, judge, undo_names
 from heavytop.scene.quantities import RATES
 
 from .made import SCENE, exact, matrix
@@ -93,8 +93,8 @@ def test_another_number_is_no_convention_beside_one_that_is_sure(plants):
 
 def test_another_start_would_be_origins_but_for_the_first_row(plants, monkeypatch):
     """Some would: a new convention may do the same as one of them, and none is sure then."""
-    for first, said in ((FIRST, {"named"}), (np.inf, {"named", "wrong"})):
-        monkeypatch.setattr("heavytop.checking.search.FIRST", first)
+    for first, said in ((FIRST_ERROR, {"named"}), (np.inf, {"named", "wrong"})):
+        monkeypatch.setattr("heavytop.checking.search.FIRST_ERROR", first)
         assert {of_another_problem(plants, "everything", k)[0] for k in (1, 2, 5)} == said
 
 

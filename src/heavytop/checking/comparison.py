@@ -1,4 +1,4 @@
-"""A trajectory beside the exact motion: what is compared, and where the motion starts."""
+"""A trajectory compared with the exact motion: the quantities, their errors, and the start."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from heavytop.scene.top import Top
 MOMENT_NAMES: Final = ("A", "C", "gMR")
 FIRST_FITTED: Final = 12  # rows that a fit begins with
 FITTED: Final = 1000  # rows that it ends with
-FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
-FOLD_ALLOWED: Final = 1e-9  # rad beyond [0, π] that nobody minds
-FIRST: Final = 0.02  # rad by which the first row may be off: no integrator has made an error yet
-FITTED_START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
+MOST_MISFIT: Final = 1e-3  # rad, RMS, of a fit that is accepted
+FOLD_ALLOWED: Final = 1e-9  # rad beyond [0, π] that are ignored
+FIRST_ERROR: Final = 0.02  # rad, of the first row, where no integrator has made an error yet
+FITTED_START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # fitted numbers
 COMPARED_QUANTITIES: Final = ("matrix", *ANGLES, *RATES, "axis", "vertical", "omega", "omega_body")
 
 Origin = Literal["scene", "first row", "fitted"]
@@ -37,11 +37,11 @@ DERIVED: Final[Mapping[str, Callable[[Any], Any]]] = {
     "omega_body": lambda exact: np.einsum("nji,nj->ni", exact.matrix, exact.omega),
     "fastest": lambda exact: float(norm(exact.omega).max()) or 1.0,
 }
-"""What follows from a record: sin θ, the upward vertical in the body, the largest ω, …"""
+"""Quantities computed from a record: sin θ, the upward vertical in the body, the largest ω, …"""
 
 
 class ExactMotion:
-    """The exact motion at some times, with what data are compared with, as `DERIVED` has it."""
+    """The exact motion at some times: the quantities of a record, and those of `DERIVED`."""
 
     def __init__(self, motion: Motion, t: Array) -> None:
         self.record: Any = motion.at(t)
@@ -52,7 +52,7 @@ class ExactMotion:
         return found
 
     def value(self, name: str) -> Any:
-        """A quantity as data have it, φ and ψ modulo 2π."""
+        """A quantity to compare data with; φ and ψ are modulo 2π."""
         return getattr(self, f"{name}_mod" if name in ("phi", "psi") else name)
 
 
@@ -60,13 +60,17 @@ _motion = lru_cache(maxsize=64)(Motion)
 
 
 @lru_cache(maxsize=64)
-def _exact(top: Top, start: State, times: bytes) -> ExactMotion:
+def _exact_motion(top: Top, start: State, times: bytes) -> ExactMotion:
+    """The exact motion at times that are given by the bytes of their array."""
     return ExactMotion(_motion(top, start), np.frombuffer(times))
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Data, and the motion that they are held against; without a start it is that of the data."""
+    """Data and the exact motion that they are compared with.
+
+    `given` is its start; without one the start is taken from the data.
+    """
 
     arrays: Mapping[str, Array]
     top: Top
@@ -79,7 +83,7 @@ class Comparison:
 
     @property
     def origin(self) -> Origin:
-        """Where the start is from."""
+        """The source of the start."""
         if self.given is not None:
             return "scene"
         return "fitted" if self.spin is None else "first row"
@@ -89,7 +93,7 @@ class Comparison:
         """The start: the given one, that of the first row, or the one that fits best."""
         if self.given is not None:
             return self.given
-        with warnings.catch_warnings():  # a tilt that is folded is remarked on as one of the data
+        with warnings.catch_warnings():  # there is a remark on folded tilts of the data already
             warnings.simplefilter("ignore", FoldedTiltWarning)
             return first_row(self) if self.origin == "first row" else _fit_start(self)
 
@@ -108,10 +112,10 @@ class Comparison:
         """The exact motion at the times of the data."""
         if self.t.size > FITTED:
             return ExactMotion(self.motion, self.elapsed)
-        return _exact(self.top, self.start, self.elapsed.tobytes())
+        return _exact_motion(self.top, self.start, self.elapsed.tobytes())
 
     def replace_values(self, **values: Array | None) -> Comparison:
-        """The same of data with other values; None takes one away."""
+        """The comparison with other values of some quantities; None removes one."""
         arrays = {k: v for k, v in (dict(self.arrays) | values).items() if v is not None}
         other = replace(self, arrays=arrays)
         if self.given is not None and "t" not in values:  # the same motion at the same times
@@ -119,7 +123,7 @@ class Comparison:
         return other
 
     def with_numbers(self, **numbers: Any) -> Comparison:
-        """The same data, of a top or of a start with other numbers."""
+        """The comparison with other numbers of the top or of the start."""
         top = {name: float(getattr(self.top, name)) for name in MOMENT_NAMES}
         if numbers.keys() & top.keys():
             return replace(self, top=Top.of_numbers(**top | numbers))
@@ -129,27 +133,27 @@ class Comparison:
         return replace(self, given=State(**start | numbers))
 
     def rows(self, which: Any) -> Comparison:
-        """The same of some rows."""
+        """The comparison of some rows alone."""
         return replace(self, arrays={name: x[which] for name, x in self.arrays.items()})
 
     @cached_property
     def folded(self) -> Comparison:
-        """The same with θ in [0, π]: beyond, φ and ψ turn by π and θ̇ changes its sign."""
+        """The comparison with θ in [0, π]: where it is beyond, φ and ψ turn by π, θ̇ is negated."""
         theta, values = self.values.get("theta"), self.values
         if theta is None or ((theta > -FOLD_ALLOWED) & (theta < np.pi + FOLD_ALLOWED)).all():
             return self
         reduced = np.mod(theta, 2 * np.pi)
-        out = reduced > np.pi
-        turned = {name: values[name] + np.pi * out for name in ("phi", "psi") if name in values}
+        beyond = reduced > np.pi
+        turned = {name: values[name] + np.pi * beyond for name in ("phi", "psi") if name in values}
         if "thetadot" in values:
-            turned["thetadot"] = values["thetadot"] * (1 - 2 * out)
-        return self.replace_values(theta=np.where(out, 2 * np.pi - reduced, reduced), **turned)
+            turned["thetadot"] = values["thetadot"] * (1 - 2 * beyond)
+        return self.replace_values(theta=np.where(beyond, 2 * np.pi - reduced, reduced), **turned)
 
-    # --- what the data give, or what follows from it; None where nothing does ----------------
+    # --- the quantities of the data, and those that follow from them -------------------------
 
     @cached_property
     def values(self) -> Mapping[str, Array]:
-        """The data's, and the angular velocity in the body where they have the momentum there."""
+        """The arrays of the data, and ω in the body where they have the momentum there."""
         values, top = self.arrays, self.top
         if "omega_body" in values or "momentum_body" not in values or top.C == 0:
             return values
@@ -158,7 +162,7 @@ class Comparison:
 
     @cached_property
     def derived(self) -> dict[str, Array]:
-        """The values, and the axis, the vertical and angles that follow from them."""
+        """The values, and the axis, the vertical and the angles that follow from them."""
         found = dict(self.values)
         if "matrix" in found:
             found |= {"axis": found["matrix"][:, :, 2], "vertical": found["matrix"][:, 2]}
@@ -175,7 +179,7 @@ class Comparison:
 
     @cached_property
     def spin(self) -> tuple[Array, Array, Array] | None:
-        """The angular velocity, the symmetry axis and the vertical, all in one frame."""
+        """The angular velocity, the symmetry axis and the vertical in one frame; None without ω."""
         known, upward = self.derived, np.broadcast_to([0.0, 0.0, 1.0], (self.t.size, 3))
         if known.keys() >= {"theta", *RATES}:
             thetadot, phidot, psidot = (known[name] for name in RATES)
@@ -188,11 +192,11 @@ class Comparison:
             return known["omega_body"], upward, known["vertical"]
         return None
 
-    # --- how far off they are ----------------------------------------------------------------
+    # --- the errors of the data --------------------------------------------------------------
 
     @cached_property
     def errors(self) -> dict[str, Array]:
-        """How far off the data are at each time, by what they give [rad, or of the largest]."""
+        """The error of each quantity at each time: positions [rad], rates over the largest one."""
         exact, values, found = self.exact, self.folded.values, dict[str, Array]()
         for name in [name for name in COMPARED_QUANTITIES if name in values]:
             other = exact.value(name)
@@ -207,14 +211,14 @@ class Comparison:
         return found
 
     @property
-    def first(self) -> float:
-        """How far off the first row is, where it is the start itself [rad]."""
-        there = [x[0] for name, x in self.errors.items() if name in POSITIONS]
-        return float(max(there, default=0.0)) if self.elapsed[0] == 0 else 0.0
+    def first_error(self) -> float:
+        """The error of the first row, where that is the start itself [rad]; else 0."""
+        positions = [x[0] for name, x in self.errors.items() if name in POSITIONS]
+        return float(max(positions, default=0.0)) if self.elapsed[0] == 0 else 0.0
 
 
 def octaves(size: int, most: int = 8) -> tuple[Any, Any]:
-    """At most so many rows of every octave, and where each octave begins among them.
+    """Choose at most `most` rows of every octave; return the rows, and where each octave begins.
 
     Octaves are the first row, the second, two more, four more, …: early rows weigh most.
 
@@ -229,17 +233,16 @@ def octaves(size: int, most: int = 8) -> tuple[Any, Any]:
 
 
 def decades(c: Comparison, begins: Any) -> Array:
-    """How far off each quantity is, of how far the motion has moved: its decades, mean of octaves.
+    """The misfit of each quantity: log10 of its error over the motion's path, mean of octaves.
 
-    Each octave begins at one of the rows `begins`. An error that an integrator makes grows from
-    nothing with the motion, one of a convention is there from the first row on, or as large as the
-    motion.
+    Each octave begins at one of the rows `begins`. The error of an integrator grows from nothing
+    with the motion; that of a convention is there from the first row on, or as large as the motion.
     """
-    errors = np.array([*c.errors.values()]) + 1e-9  # what is smaller fits as well
+    errors = np.array([*c.errors.values()]) + 1e-9  # smaller errors make no difference
     axis, attitude = (norm(x - x[0]) for x in (c.exact.axis, c.exact.matrix / np.sqrt(2)))
     moved = np.array([axis if name in ("axis", "theta", "phi") else attitude for name in c.errors])
     squares = (errors / (errors + moved + 1e-3)) ** 2  # motions below 1e-3 rad say little
-    if moved.max() < 0.05:  # as if time were frozen: everything fits that
+    if moved.max() < 0.05:  # rad: a motion that hardly moves fits everything
         squares[:] = 1.0
     sums, counts = np.add.reduceat(squares, begins, axis=1), np.diff([*begins, errors.shape[1]])
     return np.asarray(np.log10(sums / counts).mean(axis=1) / 2)
@@ -263,7 +266,7 @@ def axes(theta: Array, phi: Array) -> Array:
 
 
 def first_row(c: Comparison) -> State:
-    """The start that the first row gives."""
+    """The start of the values of the first row."""
     angles = {name: float(c.derived[name][0]) for name in ANGLES if name in c.derived}
     if c.values.keys() >= {*RATES}:
         return State(**angles, **{name: float(c.values[name][0]) for name in RATES})
@@ -279,13 +282,13 @@ def first_row(c: Comparison) -> State:
 
 
 def _fit_start(c: Comparison) -> State:
-    """The start of the motion that comes nearest to the data, from more and more of them."""
+    """The start of the motion that fits the data best; the number of fitted rows is doubled."""
     from scipy.optimize import least_squares
 
     if (axis := c.derived.get("axis")) is None:
         lacking = f"none follows from {', '.join(x for x in c.values if x != 't')} alone"
         raise Impossible([("start", f"{lacking}: give a scene with a start, or theta and phi")])
-    guess = first_row(c.replace_values(omega=_omega(c, axis), axis=axis))
+    guess = first_row(c.replace_values(omega=_estimate_omega(c, axis), axis=axis))
     some = c.rows(np.s_[:: -(-c.t.size // FITTED)])
     some = some.replace_values(t=some.t - some.t[0])
 
@@ -298,30 +301,30 @@ def _fit_start(c: Comparison) -> State:
 
     p, size, misfit = np.array([float(getattr(guess, x)) for x in FITTED_START]), some.t.size, 0.0
     doubled = (FIRST_FITTED * 2**k for k in range(8) if FIRST_FITTED * 2**k < size)
-    how: dict[str, Any] = {"x_scale": "jac"} | dict.fromkeys(("xtol", "ftol", "gtol"), 1e-15)
+    options: dict[str, Any] = {"x_scale": "jac"} | dict.fromkeys(("xtol", "ftol", "gtol"), 1e-15)
     try:
         for rows in (*doubled, size):
-            if misfit < FITS:
-                found = least_squares(axis_error, p, args=(rows,), **how)
+            if misfit < MOST_MISFIT:
+                found = least_squares(axis_error, p, args=(rows,), **options)
                 p, misfit = found.x, np.sqrt(2 * found.cost / rows)
     except HeavyTopError:
         misfit = np.inf
-    if not misfit < FITS:
+    if not misfit < MOST_MISFIT:
         rule = "no start fits these data: give a scene with a start, or add rates"
         raise Impossible([("start", rule)])
     return state(p)
 
 
-def _omega(c: Comparison, axis: Array) -> Array:
-    """The angular velocity by differences of the first rows.
+def _estimate_omega(c: Comparison, axis: Array) -> Array:
+    """The angular velocity of the first rows by differences.
 
-    A e × ë + C ω₃ ė = −gMR e × ẑ gives ω₃.
+    ω₃ follows from A e × ë + C ω₃ ė = −gMR e × ẑ.
     """
     A, C, gMR = (float(getattr(c.top, name)) for name in MOMENT_NAMES)
     t, axis = c.t[:FIRST_FITTED], axis[:FIRST_FITTED]
-    speed = np.gradient(axis, t, axis=0, edge_order=2)
-    faster = np.gradient(speed, t, axis=0, edge_order=2)
-    torque = A * np.cross(axis, faster) + gMR * np.cross(axis, [0.0, 0.0, 1.0])
+    rate = np.gradient(axis, t, axis=0, edge_order=2)
+    acceleration = np.gradient(rate, t, axis=0, edge_order=2)
+    torque = A * np.cross(axis, acceleration) + gMR * np.cross(axis, [0.0, 0.0, 1.0])
     inner = slice(2, -2)
-    omega3 = -(speed * torque)[inner].sum() / (C * (speed * speed)[inner].sum() or 1.0)
-    return np.asarray(np.cross(axis, speed) + omega3 * axis)
+    omega3 = -(rate * torque)[inner].sum() / (C * (rate * rate)[inner].sum() or 1.0)
+    return np.asarray(np.cross(axis, rate) + omega3 * axis)

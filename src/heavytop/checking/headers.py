@@ -1,4 +1,7 @@
-"""What a column is: quantity, component and unit by a name such as ``tilt_deg``; digits it has."""
+"""The headers of columns: quantity, component and unit of a name such as ``tilt_deg``.
+
+Also the number of digits that numbers are written with.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ _ANGLE_NAMES: Final = {
 }
 _TIMES: Final = "t time zeit temps tiempo tempo tid timestamp times clock"
 _SPEEDS: Final = "{0}dot d{0} d{0}dt {0}d {0}rate {0}velocity {0}speed {0}punkt {0}geschwindigkeit"
-# Of vectors: the names, and those of the components, of which one set has to be complete.
+# For each vector its names, and the sets of names of its components: one has to be complete.
 _VECTORS: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     "quaternion": ("quaternion quat q attitude orientation rot e ep",
                    ("w x y z", "0 1 2 3", "1 2 3 4", "r i j k")),
@@ -36,7 +39,7 @@ _VECTORS: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     "momentum": ("l angmom angularmomentum momentum drehimpuls h", ("x y z", "1 2 3")),
     "vertical": ("gamma vertical poisson gam", ("x y z", "1 2 3")),
 }  # fmt: skip
-_BARE_HEADER: Final = {"quaternion": "wxyz", "axis": "xyz"}  # whose components may stand alone
+_BARE_HEADER: Final = {"quaternion": "wxyz", "axis": "xyz"}  # components that may stand alone
 _BODY: Final = {"body", "b", "local", "corps", "koerper", "korper", "bf", "rotor", "fixed"}
 _SPACE: Final = {"space", "world", "inertial", "global", "lab", "spatial", "s"}
 _NOISE: Final = {"t", "angle", "winkel", "angulo", "angolo", "euler", "sim", "of", "the", "in"}
@@ -53,8 +56,8 @@ _BEHIND: Final = re.compile(r"(.+?)(?:\s*,\s*|\s+in\s+|\s+|\s*/\s*(?!dt))(\S+)")
 class Unit(NamedTuple):
     """A unit: what it measures (angle, rate, time, length), its size in SI units, its text.
 
-    Of a row of `HEADER_UNITS` the text is how people spell it. Data in it follow a convention, if
-    there is a name of one, which is said in a sentence.
+    In rows of `HEADER_UNITS` the text lists its spellings. Data in the unit follow a convention, if
+    that has a name; its sentence says so.
     """
 
     kind: str
@@ -81,15 +84,15 @@ HEADER_UNITS: Final = (
     Unit("time", 3600.0, "h hour hours", "hours"),
     Unit("time", 1e-6, "us usec microsecond microseconds"),
     Unit("time", 1e-9, "ns nanosecond nanoseconds"),
-    Unit("length", 1.0, "m mm cm km um in ft 1 -"),  # which is scaled away
+    Unit("length", 1.0, "m mm cm km um in ft 1 -"),  # lengths are divided by their first one
 )  # fmt: skip
 _SIZES: Final = {(x.kind, word): x.factor for x in HEADER_UNITS for word in x.text.split()}
-# An angle's unit, such as degrees, is that of its rate a second too.
+# The convention of a unit of angles is also that of angles a second.
 _DECLARED: Final = {(x.kind == "time", x.factor): x.convention for x in reversed(HEADER_UNITS)}
 
 
 class Meaning(NamedTuple):
-    """What a header stands for: a quantity, one of its components, and the unit if there is one."""
+    """The meaning of a header: a quantity, one of its components, and the unit if it has one."""
 
     quantity: str
     component: str
@@ -97,7 +100,7 @@ class Meaning(NamedTuple):
 
 
 def parse_unit(text: str, quantity: str = "") -> Unit | None:
-    """A unit as people spell it; None where it is none, or none that the quantity may have."""
+    """The unit of a spelling; None where it is none, or none that the quantity may have."""
     plain = unicodedata.normalize("NFKD", re.sub("[°º]", "deg", text.lower()).replace("⁻¹", "-1"))
     plain = re.sub(r"\s|\^|[(){}]|[\u0300-\u036f]", "", plain).replace("μ", "u").replace("per", "/")
     plain = re.sub(r"(?<=.)[*·._]?(s|sec|min|ms)(-1|1)$", r"/\1", plain)
@@ -112,7 +115,7 @@ def parse_unit(text: str, quantity: str = "") -> Unit | None:
 
 
 def _kinds(quantity: str) -> tuple[str, ...]:
-    """What the units of a quantity may measure; an angle with a unit of a rate is its rate."""
+    """The kinds of units of a quantity; an angle with a unit of a rate is read as its rate."""
     if quantity == "t":
         return ("time",)
     if quantity in _ANGLE_NAMES or quantity.startswith("omega") or quantity.endswith("dot"):
@@ -121,7 +124,7 @@ def _kinds(quantity: str) -> tuple[str, ...]:
 
 
 def meanings(header: str, unit: str = "") -> list[Meaning]:
-    """What a header may stand for, the likeliest first; empty where it is not understood."""
+    """The meanings that a header may have, the likeliest first; empty where it has none."""
     name = header
     if not unit and (found := _IN_BRACKETS.fullmatch(header)):
         name, unit = found[1], "" if found[2].strip() in ("t", "τ") else found[2]
@@ -136,7 +139,7 @@ def meanings(header: str, unit: str = "") -> list[Meaning]:
 
 
 def _words(name: str) -> list[str]:
-    """The words of a name, in lower case and plain letters: ``θ̇_max`` is thetadot, max."""
+    """The words of a name, in lower case and plain letters: thetadot and max of ``θ̇_max``."""
     text = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip())
     text = re.sub("(?<=[\u0370-\u03ff])\u0308", " ddot", unicodedata.normalize("NFKD", text))
     text = "".join(_LETTERS.get(letter, letter) for letter in text).lower()
@@ -145,7 +148,7 @@ def _words(name: str) -> list[str]:
 
 
 def _word_meanings(words: list[str], unit: str) -> Iterator[Meaning]:
-    """The meanings of words, with a unit that has to be one of theirs."""
+    """Yield the meanings of words; a unit has to be one that the meaning may have."""
     frame = next((word for word in words if word in _BODY | _SPACE), "")
     short = [word for word in words if word not in _NOISE]
     framed = [word for word in short if word != frame]
@@ -163,7 +166,7 @@ def _word_meanings(words: list[str], unit: str) -> Iterator[Meaning]:
 
 
 def complete_set(quantity: str, components: Collection[str]) -> tuple[str, ...]:
-    """The names of the components in their order, where one set of them is complete; else empty."""
+    """The names of a complete set of components, in order; empty where no set is complete."""
     if "" in components:
         return ("",)
     _, spelled = _VECTORS.get(quantity.removesuffix("_body"), ("", ()))
@@ -173,7 +176,7 @@ def complete_set(quantity: str, components: Collection[str]) -> tuple[str, ...]:
 
 
 def _usual_names() -> Iterator[tuple[str, str, str]]:
-    """Every usual name, with a quantity and a component that it may stand for."""
+    """Yield every usual name, with a quantity and a component that it may stand for."""
     for name in _TIMES.split():
         yield name, "t", ""
     for quantity, names in _ANGLE_NAMES.items():
@@ -197,39 +200,39 @@ for _name, _quantity, _component in _usual_names():
     _USUAL[_name].append((_quantity, _component))
 
 
-# --- with how many digits numbers are written, as they themselves tell --------------------------
+# --- the number of digits that numbers are written with ------------------------------------------
 
 
-MOST_WRITTEN: Final = 12  # digits; of more, rounding is not looked for
-FINE: Final = 2000.0  # grains between times that nobody chose with so many digits
+MOST_WRITTEN: Final = 12  # digits: rounding to more digits is not looked for
+FINE: Final = 2000.0  # roundings between times: with so many digits nobody chooses times
 
 
 def grain_of(x: Array) -> Array:
-    """Half a unit in the last digit that numbers are written with; 0 where all digits are."""
+    """Half a unit in the last digit of numbers; 0 where all digits of doubles are written."""
     x = np.where(np.isfinite(x), x, 0.0)
     digits, size, grain = np.arange(MOST_WRITTEN), abs(x), np.zeros_like(x)
     decades = np.floor(np.log10(np.where(size > 0, size, 1.0)))
-    with np.errstate(over="ignore", invalid="ignore"):  # what is so large or small fits nothing
+    with np.errstate(over="ignore", invalid="ignore"):  # too large or small numbers fit nothing
         for short in (size.astype(np.float16), size.astype(np.float32)):
             if (short == size).all() and not grain.any():
                 grain = np.spacing(short).astype(np.float64) / 2
         for units in (-digits, np.add.outer(-digits, decades)):  # as %.3f and as %.3e write
             fitting = (10.0**unit for unit in units if _fits(x, size, unit))
             grain = np.maximum(grain, next(fitting, 0.0) / 2)
-    return np.asarray(grain * (np.ptp(x, axis=0) > 0))  # what never changes is no measurement
+    return np.asarray(grain * (np.ptp(x, axis=0) > 0))  # a constant column is not rounded
 
 
 def _fits(x: Array, size: Array, unit: Any) -> bool:
-    """Whether numbers are whole multiples of powers of ten."""
+    """Whether numbers are whole multiples of 10^unit."""
     off = abs(np.rint(x * 10.0**-unit) * 10.0**unit - x)
     return bool((off <= 8 * UNIT * size).all())
 
 
 def is_rounded(t: Array, grain: Array) -> bool:
-    """Whether times are rounded, and not chosen.
+    """Whether times are rounded numbers, and not exact ones that somebody chose.
 
-    Steps are then no multiples of the least of them, as where rows of an even grid are missing. And
-    the times part their span evenly but for rounding, or have more digits than anybody chooses.
+    Steps of rounded times are not multiples of the least step, as they are where rows of an even
+    grid are missing; and the times are evenly spaced but for rounding, or have many digits.
     """
     steps, least = abs(np.diff(t)), 16 * UNIT * abs(t).max()
     unit = min(steps[steps > least], default=np.nan)

@@ -1,4 +1,4 @@
-"""The judge: how far a trajectory of somebody else is from the exact motion, and in what."""
+"""`check`: the errors of somebody else's trajectory against the exact motion, and their causes."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 CHARTED: Final = 1000  # times of the curves in the document and in charts
-ALONE: Final = 10.0  # times as far off as all else
-RATE_ROUNDING: Final = 1e-13  # of a rate, beside its largest
+ALONE: Final = 10.0  # times the other errors: an error of one rate alone
+RATE_ROUNDING: Final = 1e-13  # of a rate, relative to its largest value
 START_NUMBERS: Final = (*ANGLES, *RATES, "omega3")
-UPRIGHT_SINE: Final = 1e-6  # sin θ below which φ and ψ are not told apart
+UPRIGHT_SINE: Final = 1e-6  # sin θ below which errors of φ and ψ have no meaning
 
 
 def check(
@@ -37,7 +37,7 @@ def check(
     columns: Mapping[str, str] | None = None,
     undone: Sequence[str] = (),
 ) -> Check:
-    """Judge a trajectory of your own by the exact motion.
+    """Compare a trajectory of your own with the exact motion.
 
     Parameters
     ----------
@@ -45,16 +45,16 @@ def check(
         A table with a header (CSV, TSV), ``.npz``, ``.mat``, netCDF or HDF5, or arrays by their
         names: ``t`` [s] and any of theta, phi, psi [rad]; axis; quaternion, scalar first, or
         matrix, from body to space; thetadot, phidot, psidot, omega or omega_body [rad/s]; L and
-        gamma, the vertical, in the body. Of the folder of a run it is ``trajectory.nc``.
+        gamma, the vertical, in the body. In the folder of a run ``trajectory.nc`` is read.
     scene : Scene, Top, str or path, optional
-        What the data are of. Of a top alone, or a scene file with a table ``[top]`` alone, the
+        The scene of the data. For a top alone, or a scene file with a table ``[top]`` alone, the
         start is that of the first row, or fitted where the data have no rates. It may be left out
         for a trajectory that ``heavytop run`` wrote.
     columns : mapping from str to str, optional
-        What columns are called that have no usual name, with a unit if they have one:
+        The names of columns that have no usual name, with a unit if they have one:
         ``{"t": "Zeit", "theta": "a [deg]"}``.
     undone : sequence of str
-        Conventions under which the data are judged, such as ``["y-up"]``.
+        Conventions that are undone before the data are compared, such as ``["y-up"]``.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def check(
     Raises
     ------
     ForeignFile
-        The data cannot be read, or are no trajectory; everything that is wrong is listed.
+        The data cannot be read, or are no trajectory; every fault is listed.
     BadScene
         The scene cannot be read, there is none, or there is no such convention.
     Impossible
@@ -71,7 +71,7 @@ def check(
     NoClosedForm
         The data reach beyond 2⁶² periods.
     WrongType
-        An argument is not what is taken.
+        An argument has a wrong type.
 
     Examples
     --------
@@ -150,7 +150,7 @@ def check(
 
 
 def _alternative(found: Explanation) -> dict[str, Any]:
-    """Conventions that explain the data as well as others, and what they say, once."""
+    """An explanation as JSON has it: the names of its conventions, and their sentences."""
     names = [name for step in found.steps for name in step.names]
     return {"names": names, "sentence": "; ".join(dict.fromkeys(x.sentence for x in found.steps))}
 
@@ -164,7 +164,7 @@ def _problem_of(judged: Comparison) -> dict[str, Any]:
 
 
 def _data_of(given: Data) -> dict[str, Any]:
-    """What the data are, as JSON has it."""
+    """The description of the data, as JSON has it."""
     t = given.values["t"].tolist()
     return {
         "file": given.name,
@@ -178,7 +178,7 @@ def _data_of(given: Data) -> dict[str, Any]:
 def _undo_sure(
     verdict: Judgement, comparison: Comparison
 ) -> tuple[list[Finding], list[Undoing], str]:
-    """The conventions that are sure, what is to be undone, and what else acts, in words."""
+    """The findings that are sure, the conventions to undo, and what else acts, in words."""
 
     def findings(steps: list[Undoing]) -> list[Finding]:
         found = [Finding(x, s.sentence, verdict.gain(s)) for s in steps for x in s.names]
@@ -189,7 +189,7 @@ def _undo_sure(
     sure = [step for step in steps if verdict.sure.issuperset(step.names)]
     described = [step for step in sure if not step.convention.physics]
     turned = [step for step in sure if step in described or "spin-sign" in step.names]
-    # What else acts explains what other physics seemed to, but not what fits already.
+    # A motor or friction may look like other physics, but not where the data fit already.
     for some in () if verdict.best.fits else (described, turned):
         judged = undo(comparison, some)
         if judged.given is not None and (agent := method.find_agent(judged)):
@@ -199,13 +199,13 @@ def _undo_sure(
 
 
 def expect_conventions(undone: Sequence[str]) -> None:
-    """Refuse what is the name of no convention."""
+    """Raise `BadScene` for a name of no convention."""
     known = {row.name: row for row in TABLE}
     refuse(parse_names("check", "undone", undone, one_of(known), least=0)[1])
 
 
 def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene | Top:
-    """The scene of a name, changed; or its top, where a file has nothing but a table [top]."""
+    """The changed scene of a name or path; or the top, where a file has only a table [top]."""
     try:
         return load_scene(scene, changes)
     except BadScene as bad:
@@ -215,7 +215,7 @@ def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene
 
 
 def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
-    """The top, and the start where there is one."""
+    """The top and the start of the scene; None for the start where it is to be taken from data."""
     if isinstance(scene, str | os.PathLike):
         scene = subject(scene)
     elif scene is None and isinstance(data.scene, str):
@@ -227,7 +227,7 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
 
 
 def _remark_angles(c: Comparison) -> list[str]:
-    """That θ is folded, with the first row, and that angles are unwrapped."""
+    """Remarks that θ is folded, with the first such row, and that angles are unwrapped."""
     remarks = []
     if c.folded is not c:
         theta = c.arrays["theta"]
@@ -240,17 +240,17 @@ def _remark_angles(c: Comparison) -> list[str]:
     return remarks
 
 
-# --- how large the errors are --------------------------------------------------------------------
+# --- the sizes of errors -------------------------------------------------------------------------
 
 
 def _size(t: Array, curve: Array) -> dict[str, float]:
-    """How large an error is at most, its root mean square, and when it is largest."""
+    """The largest size of an error, its root mean square, and the time of the largest."""
     at = int(np.nanargmax(abs(curve)))
     return {"max": abs(float(curve[at])), "rms": method.rms(curve), "t_max": float(t[at])}
 
 
 def _largest_errors(c: Comparison) -> dict[str, float]:
-    """The largest error of everything that is compared; none where there is no motion."""
+    """The largest error of each quantity; empty where there is no motion."""
     try:
         errors = dict(c.errors)
         if "axis" in c.derived:
@@ -258,18 +258,20 @@ def _largest_errors(c: Comparison) -> dict[str, float]:
     except HeavyTopError:
         return {}
     for name, angle in (("phi", "phi"), ("psi", "psi"), ("matrix", "psi")):
-        if name in errors:  # as angles that grow are written: with so many digits
+        if (
+            name in errors
+        ):  # relative, as an angle that grows is written with a fixed number of digits
             errors[name] = errors[name] / np.maximum(1, abs(getattr(c.exact, angle)))
     return {name: float(np.nanmax(error)) for name, error in errors.items()}
 
 
 def _digits(largest: Mapping[str, float]) -> float:
-    """The decimal digits that everything compared has, where they are fewest."""
+    """The number of decimal digits that all quantities have."""
     return max(0.0, -float(np.log10(max(*largest.values(), UNIT) if largest else 1.0)))
 
 
 def _lone_error(largest: Mapping[str, float]) -> str:
-    """Which rate is off ten times as much as all else and as rounding, in words."""
+    """Words for a rate with ten times the error of all else and of rounding; empty without one."""
     name = max(largest, key=largest.__getitem__, default=POSITIONS[0])
     if name in POSITIONS:
         return ""
@@ -288,7 +290,7 @@ def _rms_error(c: Comparison) -> float | None:
 
 
 def error_curves(c: Comparison) -> dict[str, Array]:
-    """The error of everything that the data give, at each time."""
+    """The error of each quantity that the data give, at each time."""
     exact, found = c.exact, dict[str, Array]()
     if "axis" in c.derived:
         found["axis"] = norm(c.derived["axis"] - exact.axis)

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.checking.comparison import FIRST, MOMENT_NAMES, Comparison, wrap
+from heavytop.checking.comparison import FIRST_ERROR, MOMENT_NAMES, Comparison, wrap
 from heavytop.errors import HeavyTopError
 from heavytop.exact.pairs import Array
 from heavytop.scene.quantities import ANGLES
@@ -167,7 +167,7 @@ def rms(x: Array) -> float:
 
 def find_agent(c: Comparison) -> tuple[str, str] | None:
     """A motor that holds ψ̇, or friction that takes the spin away: a name and a sentence."""
-    if c.first > FIRST:
+    if c.first_error > FIRST_ERROR:
         return None
     exact, t = c.exact, c.t - c.t[0]
     angles = {name: np.unwrap(c.derived[name]) for name in ANGLES if name in c.derived}
@@ -233,7 +233,7 @@ def describe_method(
     elif floor is not None:
         sentence = f"they have {floor:.1f} digits from the first row on, which is their precision"
     elif first > size / 2:
-        begins = c.elapsed[0] == 0 and c.first < FIRST
+        begins = c.elapsed[0] == 0 and c.first_error < FIRST_ERROR
         other = "the clock, rates of the start or A, C, gMR are others"
         why = other if begins else "the start is another one"
         sentence = f"they are off by {first:.2g} from the first rows on: {why}"

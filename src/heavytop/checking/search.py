@@ -1,4 +1,4 @@
-"""The conventions that explain data best: candidates alone, in pairs, and on top of the best."""
+"""The search for conventions that explain data: alone, in pairs, and added to the best ones."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.checking.comparison import FIRST, Comparison, decades, octaves
+from heavytop.checking.comparison import FIRST_ERROR, Comparison, decades, octaves
 from heavytop.checking.conventions import INERTIA_ROW, NUMBER_ROW, TABLE, Convention
 from heavytop.errors import HeavyTopError
 
-# decades, mean of all octaves, by which one explanation beats another clearly
+# decades, mean of all octaves, by which the misfit of a clearly better explanation is smaller
 CLEAR_BY: Final = 0.5
-ALIKE: Final = 0.05  # decades: no better and no worse
-NO_ERROR: Final = 1e-6  # of anything: such data are as they should be
-EXTENDED: Final = 6  # best explanations that further conventions are tried on
+ALIKE: Final = 0.05  # decades that make no difference
+NO_ERROR: Final = 1e-6  # largest error of data that need no explanation
+EXTENDED: Final = 6  # best explanations to which further conventions are added
+LEAST_MISFIT: Final = -6.5  # decades: no fit is better
 
 by_total: Final = attrgetter("total")
 
 
 class Undoing(NamedTuple):
-    """A convention that is undone: its row in the table, which of its variants, words, cost."""
+    """An undone convention: its row in the table, the number of its variant, words, cost."""
 
     row: int
     variant: int
@@ -38,7 +39,7 @@ class Undoing(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Such as ``y-up``; two of what is undone at once."""
+        """Its name, such as ``y-up``; two names of a row that undoes two at once."""
         return tuple(self.convention.name.split("+"))
 
     @property
@@ -48,14 +49,14 @@ class Undoing(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """Conventions, and how far off each quantity is without them [decades].
+    """Conventions, and the misfit of each quantity without them [decades].
 
-    `first` is how far off the first row is [rad].
+    `first_error` is the error of the first row [rad].
     """
 
     steps: tuple[Undoing, ...]
     misfit: Any
-    first: float = 0.0
+    first_error: float = 0.0
 
     @property
     def names(self) -> frozenset[str]:
@@ -64,24 +65,24 @@ class Explanation(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """How many names it has, and what stands back a little more."""
+        """The sum of the costs of its conventions, about 1 for each."""
         return sum(step.cost for step in self.steps)
 
     @property
     def total(self) -> float:
-        """The misfit of everything together, a little more for each name."""
+        """The misfit of all quantities together, plus a little for each convention."""
         return float(self.misfit.sum()) + ALIKE * self.cost
 
     @property
     def fits(self) -> bool:
-        """Whether it fits so well, to five digits, that nothing more is looked for."""
+        """Whether it fits to five digits, so that the search ends."""
         return bool((self.misfit < -5).all())
 
     def beats(self, other: Explanation) -> bool:
-        """Whether it is clearly better than another in anything.
+        """Whether it is clearly better than another in some quantity.
 
-        Another motion and another clock are if what fits worst fits better: an integrator's error
-        may be nearer to theirs in something.
+        Of another motion or another clock the worst quantity must be better: in some quantity the
+        error of an integrator may look like theirs.
         """
         new = (step for step in self.steps if not other.names.issuperset(step.names))
         if any(step.convention.is_global for step in new):
@@ -89,14 +90,14 @@ class Explanation(NamedTuple):
         return bool((other.misfit - self.misfit > CLEAR_BY).any())
 
     def improves(self, base: Explanation) -> bool:
-        """Whether it gains 0.7 decades, and what it makes better is good to a tenth then."""
+        """Whether it gains 0.7 decades, and the quantities that it improves then fit to a tenth."""
         gains = base.misfit - self.misfit
         good = (self.misfit[gains > CLEAR_BY] < -1).all()
         return bool(self.beats(base) and good and gains.sum() > 0.7)
 
 
 class Judgement(NamedTuple):
-    """The best explanation, the names that are sure, those that explain alike, and all tried."""
+    """The best explanation, the sure names, the explanations as good as it, and all tried."""
 
     best: Explanation
     sure: frozenset[str]
@@ -104,7 +105,7 @@ class Judgement(NamedTuple):
     found: Sequence[Explanation]
 
     def gain(self, step: Undoing) -> float | None:
-        """How many times smaller the misfit of anything is with a convention undone."""
+        """The largest factor by which undoing a convention reduces the misfit of a quantity."""
         rest = self.best.names - {*step.names}
         without = min((x for x in self.found if x.names == rest), key=by_total, default=None)
         return None if without is None else float(10 ** max(without.misfit - self.best.misfit))
@@ -123,30 +124,30 @@ def undo_names(comparison: Comparison, names: Iterable[str]) -> Comparison:
     """The data without the conventions of some names, in the variants that fit best."""
     names = {*names}
     rows = tuple(k for k, row in enumerate(TABLE) if row.name in names)
-    tried = [x for x in _try(*_choose_rows(comparison), [rows]) if x.names == names]
+    tried = [x for x in _try_sets(*_choose_rows(comparison), [rows]) if x.names == names]
     return undo(comparison, min(tried, key=by_total).steps) if tried else comparison
 
 
 def explain(comparison: Comparison) -> Judgement:
-    """The conventions that explain the data clearly better than any others do."""
+    """The conventions that explain the data clearly better than any others."""
     some, begins = _choose_rows(comparison)
-    base = next(_try(some, begins, [()]), Explanation((), np.zeros(1)))
-    if base.first < NO_ERROR and max(np.max(x) for x in some.errors.values()) < NO_ERROR:
-        base = base._replace(misfit=np.full_like(base.misfit, -6.5))  # however little it moves
+    base = next(_try_sets(some, begins, [()]), Explanation((), np.zeros(1)))
+    if base.first_error < NO_ERROR and max(np.max(x) for x in some.errors.values()) < NO_ERROR:
+        base = base._replace(misfit=np.full_like(base.misfit, LEAST_MISFIT))  # of any motion
     found, best, every = [base], base, range(INERTIA_ROW)
     often = [k for k in every if not TABLE[k].rare]
 
-    def extend(those: Iterable[Explanation], rows: Iterable[int]) -> None:
-        for each in those:
+    def extend(explanations: Iterable[Explanation], rows: Iterable[int]) -> None:
+        for each in explanations:
             used = {step.row: step.variant for step in each.steps}
             sets = [tuple(sorted((*used, k))) for k in rows if k not in used]
-            found.extend(_try(some, begins, sets, used))
+            found.extend(_try_sets(some, begins, sets, used))
 
-    for level in range(1, 2 if comparison.origin == "fitted" else 6):  # names at most
+    for level in range(1, 2 if comparison.origin == "fitted" else 6):  # at most so many names
         if best.fits or (level > 2 and len(best.steps) < level - 1):
             break
         if level <= 2:
-            found += _try(some, begins, combinations(every if level == 1 else often, level))
+            found += _try_sets(some, begins, combinations(every if level == 1 else often, level))
         extend(_rank(found)[: EXTENDED * (level > 1)], every)
         best = min(found, key=by_total)
     if not best.fits:  # an axis with the spin is undone by the ψ of the scene's A
@@ -154,7 +155,7 @@ def explain(comparison: Comparison) -> Judgement:
         extend([x for x in ranked if "axis-with-spin" not in x.names], [INERTIA_ROW])
     verdict = judge(found)
     doubtful = {step for step in verdict.best.steps if step.convention.doubtful}
-    if any(verdict.sure.issuperset(step.names) for step in doubtful):  # does a number do the same?
+    if any(verdict.sure.issuperset(step.names) for step in doubtful):  # is it another number?
         kept = tuple(step for step in verdict.best.steps if step not in doubtful)
         extend([x for x in _rank(found) if x.steps in ((), kept)], [NUMBER_ROW])
         verdict = judge(found)
@@ -171,18 +172,18 @@ def _choose_rows(comparison: Comparison) -> tuple[Comparison, Any]:
     size = comparison.t.size
     rows, begins = octaves(size)
     if comparison.given is None:  # the start follows from the rows
-        rest = np.arange(200, size)  # the first 200, and of the others about 800
+        rest = np.arange(200, size)  # the first 200 rows, and about 800 of the others
         rows = np.r_[: min(200, size), rest[:: rest.size // 800 + 1]]
         _, begins = octaves(rows.size, most=rows.size)
     return comparison.rows(rows), begins
 
 
 def judge(found: Sequence[Explanation]) -> Judgement:
-    """What is sure: the names that all explanations share that are not clearly worse."""
+    """The judgement: names are sure that all explanations share that are not clearly worse."""
     base = found[0]
-    usual = [x for x in found if (x.first < FIRST and not base.beats(x)) or x is base]
+    usual = [x for x in found if (x.first_error < FIRST_ERROR and not base.beats(x)) or x is base]
     named = min((x for x in usual if "another-number" not in x.names), key=by_total)
-    if "inertia-about-centre" not in named.names:  # as no number is fitted, which gains a little
+    if "inertia-about-centre" not in named.names:  # no number was fitted; a fit gains a little
         fitted = "another-number"
         usual = [x for x in usual if fitted not in x.names or x.cost < named.cost or x.beats(named)]
     best, kept = min(usual, key=by_total), list[Explanation]()
@@ -202,22 +203,22 @@ def judge(found: Sequence[Explanation]) -> Judgement:
     return Judgement(chosen, sure, tuple(kept) if len(kept) > 1 else (), found)
 
 
-def _try(
+def _try_sets(
     some: Comparison,
     begins: Any,
     sets: Iterable[tuple[int, ...]],
     fixed: Mapping[int, int] | None = None,
 ) -> Iterator[Explanation]:
-    """What conventions make of the data, in every variant but those that are fixed."""
+    """Yield the explanations by sets of rows of the table, in all variants, or in `fixed` ones."""
     for rows in sets:
-        those = [TABLE[row] for row in rows]
-        if sum(x.doubtful for x in those) > 2 or sum(x.physics for x in those) > 1:
+        conventions = [TABLE[row] for row in rows]
+        if sum(x.doubtful for x in conventions) > 2 or sum(x.physics for x in conventions) > 1:
             continue
         states: list[tuple[tuple[Undoing, ...], Comparison]] = [((), some)]
-        for row, convention in zip(rows, those, strict=True):
+        for row, convention in zip(rows, conventions, strict=True):
             before, states = states, []
             for steps, data in before:
-                with suppress(HeavyTopError):  # of a motion that does not exist
+                with suppress(HeavyTopError):  # the motion does not exist
                     states.extend(
                         ((*steps, Undoing(row, k, x.words, convention.cost + x.cost)), x.data)
                         for k, x in enumerate(convention.undo(data))
@@ -226,4 +227,6 @@ def _try(
         for steps, after in states:
             with suppress(HeavyTopError):
                 # no fit reaches more than 6.5 decades
-                yield Explanation(steps, np.maximum(decades(after, begins), -6.5), after.first)
+                yield Explanation(
+                    steps, np.maximum(decades(after, begins), -6.5), after.first_error
+                )
