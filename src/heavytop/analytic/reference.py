@@ -119,14 +119,14 @@ def reference(
     Parameters
     ----------
     scene : Scene
-        Its top and its start are used; its span and the quantities that it wants are not.
+        Its top and its start; its span and its wants are not used.
     times : str or sequence of number
         ``"A:B:STEP"`` from A to B [s], or the times themselves: floats mean their binary value,
         texts are decimals.
     quantities : sequence of str
         Any of theta, phi, psi, rates, axis, attitude, omega (in space).
     digits : int
-        Digits of every number, before and after the decimal point; below 1 only those after it.
+        Digits of every number: in front of the point and behind it; behind it alone below 1.
     events : sequence of str
         Any of turning, reversal, cusp: their times between the first time and the last.
 

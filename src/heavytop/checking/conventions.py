@@ -102,8 +102,7 @@ def _change_all(function: Callable[[Array], Any], *names: str) -> Change:
 def _unit_conventions(kind: str, undo: Callable[[Unit], Undo]) -> Iterator[Convention]:
     """The conventions of the units of a kind: of each that has a name for its convention."""
     units = [unit for unit in HEADER_UNITS if unit.kind == kind and unit.convention]
-    clock = kind == "time"
-    return (Convention(x.convention, x.sentence, undo(x), clock=clock) for x in units)
+    return (Convention(x.convention, x.sentence, undo(x), clock=kind == "time") for x in units)
 
 
 def _undo_time_unit(unit: Unit) -> Undo:
@@ -276,19 +275,18 @@ def _turn_azimuth(c: Comparison) -> Variants:
     """Yield the data with φ counted from the package's axis."""
     if turn := _offset(c, "phi"):
         words, about = f"{np.degrees(turn):.4g}°", _rotation_about(turn)
-        turned = _apply(_turn_axes(c, about), {"phi": lambda phi: phi + turn})
-        yield Variant(words, turned)
+        data = _apply(_turn_axes(c, about), {"phi": lambda phi: phi + turn})
+        yield Variant(words, data)
         if "matrix" in c.values:  # the axes of the body are turned with those of space
-            both = _turn_axes(turned, IDENTITY, about.T)
-            yield Variant(f"{words} in space and in the body", both)
+            yield Variant(f"{words} in space and in the body", _turn_axes(data, IDENTITY, about.T))
 
 
 def _turn_spin(c: Comparison) -> Variants:
     """Yield the data with ψ counted from the package's mark on the body."""
     if turn := _offset(c, "psi"):
         turned = _turn_axes(c, IDENTITY, _rotation_about(turn))
-        change: Change = {"psi": lambda psi: psi + turn}
-        yield Variant(f"{np.degrees(turn):.4g}°", _apply(turned, change))
+        data = _apply(turned, {"psi": lambda psi: psi + turn})
+        yield Variant(f"{np.degrees(turn):.4g}°", data)
 
 
 def _take_spin_off(c: Comparison) -> Variants:
@@ -309,10 +307,8 @@ def _take_spin_off(c: Comparison) -> Variants:
 GROWN: Final = tuple(0.5**k for k in range(8))  # first changes, over the largest change allowed
 CHANGED: Final = (*GROWN, *(-x for x in GROWN))
 SHRUNK: Final = tuple(-(0.5**k) for k in range(6))  # at least 3 %: no coarse step has this effect
-NUMBERS: Final = {"A": GROWN} | dict.fromkeys(
-    ("C", "gMR", "the clock", "the time of the first row", "theta", "thetadot", "phidot", "spin"),
-    CHANGED,
-)
+NUMBERS: Final = ("C", "gMR", "the clock", "the time of the first row",
+                  "theta", "thetadot", "phidot", "spin")  # fmt: skip
 
 
 def _change_number(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
@@ -332,7 +328,7 @@ def _change_number(c: Comparison, name: str, x: float) -> tuple[float, Compariso
     return value, c.with_numbers(**{key: value})
 
 
-def _fit_numbers(parts: Mapping[str, Sequence[float]]) -> Undo:
+def _undo_fit(parts: Mapping[str, Sequence[float]]) -> Undo:
     """The undo by other numbers: each as it fits best, where the fit is clearly better."""
 
     def undo(c: Comparison) -> Variants:
@@ -413,8 +409,8 @@ TABLE: Final = (
     Convention("spin-origin", "ψ is counted from another mark, turned by {}", _turn_spin,
                "origin"),
     Convention("inertia-about-centre", "A is about the centre of mass and not about the pivot: {}",
-               _fit_numbers({"A": SHRUNK}), "physics", rare=True),
+               _undo_fit({"A": SHRUNK}), "physics", rare=True),
     Convention("another-number", "another number does the same: {}",
-               _fit_numbers(NUMBERS), "number", 2.0, rare=True),
+               _undo_fit({"A": GROWN} | dict.fromkeys(NUMBERS, CHANGED)), "number", 2.0, rare=True),
 )  # fmt: skip
 INERTIA_ROW, NUMBER_ROW = len(TABLE) - 2, len(TABLE) - 1  # the rows of fits, which take longer

@@ -258,9 +258,7 @@ def _largest_errors(c: Comparison) -> dict[str, float]:
     except HeavyTopError:
         return {}
     for name, angle in (("phi", "phi"), ("psi", "psi"), ("matrix", "psi")):
-        if (
-            name in errors
-        ):  # relative, as an angle that grows is written with a fixed number of digits
+        if name in errors:  # a growing angle is written with a fixed number of digits
             errors[name] = errors[name] / np.maximum(1, abs(getattr(c.exact, angle)))
     return {name: float(np.nanmax(error)) for name, error in errors.items()}
 

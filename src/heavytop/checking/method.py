@@ -1,4 +1,4 @@
-"""How the errors of data grow: phase, order, what is conserved, events, the motion's condition."""
+"""The growth of errors of data: phase, order, constants of the motion, events, its condition."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from heavytop.scene.scene_file import EVENTS
 
 ULP: Final = Fraction(1, 2**53)
 WINDOWS: Final = 100  # of time, at most, in each of which there is one phase
-LEAST_GROWTH: Final = 1e-15  # an error of such size does not tell how it grows
-CERTAIN: Final = 3.0  # standard errors from which on a phase is told from 0
-LEAST_SWING: Final = 1e-9  # rad: a swing of the tilt that is smaller is no nutation
-LOST_PHASE: Final = 0.05  # of a period: beyond it an error of the phase is lost
-LEAST_TURN: Final = 1e-3  # of the whole swing: a turn that is smaller is noise
-NOISE: Final = 1e-12  # rad, likewise
-HELD: Final = 0.02  # of what it would vary by: ψ̇ is constant
-ROUNDED: Final = 2.0  # times what rounding makes, RMS: so much of an error is its
+LEAST_GROWTH: Final = 1e-15  # errors that are no larger do not show a power of time
+CERTAIN: Final = 3.0  # standard errors: a phase above that is not 0
+LEAST_SWING: Final = 1e-9  # rad: a smaller swing of the tilt is no nutation
+LOST_PHASE: Final = 0.05  # of a period: with a larger error the phase is lost
+LEAST_TURN: Final = 1e-3  # of the whole swing: a smaller turn is noise
+NOISE: Final = 1e-12  # rad: a smaller turn is noise too
+HELD: Final = 0.02  # of its exact variation: if it varies less, ψ̇ is constant
+ROUNDED: Final = 2.0  # times the effect of rounding, RMS: a smaller error is due to rounding
 STAYS: Final = "if the error stays, compare A, C, gMR and start"
 REMEDY: Final = f"halve the step or the tolerance; {STAYS}"
 
 
 class Phase(NamedTuple):
-    """How far ahead the data run.
+    """The phase error: by how much the data run ahead of the exact motion.
 
     Attributes
     ----------
     last, rms, max : float
-        Near the end, the root mean square, the one of largest magnitude [s].
+        The one near the end, the root mean square, the one of largest magnitude [s].
     t : float
-        When the last is [s].
+        The time of the last one [s].
     lost : float or None
-        When it first is more than a twentieth of a period [s].
+        The time when it first exceeds a twentieth of a period [s].
     """
 
     last: float
@@ -49,14 +49,14 @@ class Phase(NamedTuple):
 
 
 class Count(NamedTuple):
-    """How many events of a kind there are.
+    """The number of events of a kind.
 
     Attributes
     ----------
     data : int or None
         In the data; None where their rows are too far apart to count.
     exact, exact_most : int
-        In the exact motion, proved; two numbers where one may lie at an end of the data.
+        In the exact motion, proved; they differ where an event may lie at an end of the data.
     """
 
     data: int | None
@@ -68,7 +68,7 @@ class Count(NamedTuple):
 
 
 class PhaseCurve(NamedTuple):
-    """How far the data run ahead [s] at some times, its summary and power; or why there is none."""
+    """The phase error [s] at some times, its summary and power of time; or why there is none."""
 
     why: str = ""
     t: Array = np.empty(0)
@@ -78,17 +78,17 @@ class PhaseCurve(NamedTuple):
 
 
 def nutates(c: Comparison) -> bool:
-    """Whether the exact tilt swings above rounding."""
+    """Whether the exact tilt swings by more than rounding."""
     roots = c.motion.roots
     tilts = c.exact.theta if roots is None else np.arccos(np.clip(roots[:2], -1, 1))
     return bool(np.ptp(tilts) > LEAST_SWING)
 
 
 def measure_phase(c: Comparison) -> PhaseCurve:
-    """How far the data run ahead.
+    """The phase error of the data.
 
-    In windows of whole periods the shift is that with which the exact tilt fits best, found by
-    Newton's steps from that of the window before.
+    In each window of whole periods it is the shift in time with which the exact tilt fits best, by
+    Newton's method from the shift of the window before.
     """
     theta, period = c.derived.get("theta"), c.motion.period
     if theta is None:
@@ -101,8 +101,8 @@ def measure_phase(c: Comparison) -> PhaseCurve:
     for rows in _windows(c.elapsed, period):
         before = shift
         for _ in range(20):
-            there = c.motion.at(c.elapsed[rows] + shift)
-            off, slope = wrap(theta[rows] - there.theta), there.thetadot
+            shifted = c.motion.at(c.elapsed[rows] + shift)
+            off, slope = wrap(theta[rows] - shifted.theta), shifted.thetadot
             weight = (slope * slope).sum() or np.inf
             step = float((off * slope).sum() / weight)
             shift += step
@@ -121,7 +121,7 @@ def measure_phase(c: Comparison) -> PhaseCurve:
 
 
 def measure_growth(c: Comparison, curve: Array | None) -> float | None:
-    """The power of time by which an error grows, of its RMS in windows of whole periods."""
+    """The power of time with which the RMS of an error in windows of whole periods grows."""
     if curve is None:
         return None
     rows = _windows(c.elapsed, c.motion.period)
@@ -130,7 +130,7 @@ def measure_growth(c: Comparison, curve: Array | None) -> float | None:
 
 
 def _windows(t: Array, period: float | None) -> list[slice]:
-    """The rows of windows that are whole periods long, or parts alike; the last has the rest."""
+    """Windows of whole periods, or of equal parts of the span; the last has the remaining rows."""
     span = float(t[-1] - t[0])
     unit = period or span / WINDOWS
     count = max(1, min(WINDOWS, int(span / unit), t.size // 5))  # of five rows at least
@@ -140,9 +140,9 @@ def _windows(t: Array, period: float | None) -> list[slice]:
 
 
 def _fit_power(t: Array, size: Array, spread: Any) -> float | None:
-    """The power of time by which sizes grow; None if it is not sure to 0.2.
+    """The power of time with which sizes grow; None where its standard error is 0.2 or more.
 
-    Five sizes at least have to be clear, over times in a ratio of four.
+    At least five sizes must be clearly above 0, at times in a ratio of at least four.
     """
     clear = (size > CERTAIN * spread) & (t > 0)
     if clear.sum() < 5 or t[clear].max() < 4 * t[clear].min():
@@ -158,7 +158,7 @@ def _fit_line(part: Array, y: Array) -> tuple[float, float]:
 
 
 def rms(x: Array) -> float:
-    """The root mean square, without what is nan."""
+    """The root mean square of the numbers that are not nan."""
     return float(np.sqrt(np.nanmean(x**2)))
 
 
@@ -166,13 +166,13 @@ def rms(x: Array) -> float:
 
 
 def find_agent(c: Comparison) -> tuple[str, str] | None:
-    """A motor that holds ψ̇, or friction that takes the spin away: a name and a sentence."""
+    """A motor that holds ψ̇, or friction that reduces the spin: a name and a sentence, or None."""
     if c.first_error > FIRST_ERROR:
         return None
     exact, t = c.exact, c.t - c.t[0]
     angles = {name: np.unwrap(c.derived[name]) for name in ANGLES if name in c.derived}
     rates: dict[str, Array] = {f"{name}dot": np.gradient(x, t) for name, x in angles.items()}
-    moving = c.replace_values(**rates | dict(c.arrays))  # by differences where they are not given
+    moving = c.replace_values(**rates | dict(c.arrays))  # with differences for missing rates
     theta, psidot = c.derived.get("theta"), moving.arrays.get("psidot")
     omega3 = None
     if "omega_body" in c.values:
@@ -191,7 +191,7 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
     if (omega3 * omega3[0] > 0).all():
         slope, off = _fit_line(t / t[-1], np.log(omega3 / omega3[0]))
         begins = abs(omega3[0] / float(exact.omega3[0]) - 1) < HELD
-        if begins and slope < -0.01 and off < 0.03 * -slope:  # a part, and exponential
+        if begins and slope < -0.01 and off < 0.03 * -slope:  # by 1 % at least, exponentially
             words = f"p_ψ falls as e^(−{-slope / t[-1]:.4g} t) (fit)"
             lost = f"{-100 * np.expm1(slope):.3g} % in all"
             return "friction", f"{words}, {lost}: friction, which this model has not"
@@ -208,8 +208,8 @@ def describe_method(
 ) -> dict[str, Any]:
     """The order of the method, what it conserves, and the floor of the precision of the data.
 
-    `shaken` are curves of the data as far off again as the rounding of their numbers makes them;
-    `alone` says which rate is off alone.
+    `shaken` are the curves of data with random roundings added; `alone` says which rate alone has
+    an error.
     """
     momenta = [name for name in ("energy", "p_phi", "p_psi") if name in curves]
     kept: dict[str, Any] = {name: _trend(curves[name]) for name in momenta}
@@ -248,7 +248,7 @@ def describe_method(
 
 
 def _is_first_order(c: Comparison, last: float) -> bool:
-    """Whether the error a unit of time is about the step, in units of the nutation."""
+    """Whether the error per unit of time is about the step, in units of the nutation."""
     if not last or not nutates(c) or not c.motion.period:
         return False
     turn = 2 * np.pi / c.motion.period
@@ -257,7 +257,7 @@ def _is_first_order(c: Comparison, last: float) -> bool:
 
 
 def _trend(curve: Array) -> str:
-    """Whether an error is kept near 0, or falls or rises beyond its own swing."""
+    """Words for an error of a constant: kept, kept within a bound, or rising or falling."""
     slope, off = _fit_line(np.linspace(0, 1, curve.size), curve)
     if abs(slope) < max(CERTAIN * off, 1e-12):
         return "kept" if abs(curve).max() < 1e-9 else f"kept within {abs(curve).max():.2g}"
@@ -268,15 +268,16 @@ def _trend(curve: Array) -> str:
 
 
 def count_events(c: Comparison) -> dict[str, Count]:
-    """Events of the data, counted as those of the exact motion at the same times are.
+    """The numbers of events of the data and of the exact motion.
 
-    Where that count is not the proved one, the rows are too far apart for it.
+    Events of the exact motion are counted from the same rows too: where that count is not the
+    proved one, the rows are too far apart, and those of the data are not counted.
     """
     mine = _count_turns(c, *map(c.derived.get, ("theta", "phi")))
     t, period = c.elapsed, c.motion.period
     if not nutates(c):
         return {"turning": Count(mine["turning"], 0, 0)}
-    same, found = _count_turns(c, c.exact.theta, c.exact.phi_mod), {}
+    exact, found = _count_turns(c, c.exact.theta, c.exact.phi_mod), {}
     dense = not period or (np.diff(t) < period / 6).all()
     before = 2 * t[0] - t[1] if t[0] < 0 else max(0.0, 2 * t[0] - t[1])
     try:
@@ -284,7 +285,7 @@ def count_events(c: Comparison) -> dict[str, Count]:
         for event in EVENTS:  # from the first row to the last, give or take a row
             times = c.motion.events(event)
             least, most = times.count(t[1], t[-2]), times.count(before, 2 * t[-1] - t[-2])
-            counted = dense and least <= (same[event] or 0) <= most
+            counted = dense and least <= (exact[event] or 0) <= most
             found[event] = Count(mine[event] if counted else None, least, most)
     except HeavyTopError:
         return {}
@@ -292,7 +293,7 @@ def count_events(c: Comparison) -> dict[str, Count]:
 
 
 def _count_turns(c: Comparison, theta: Any, phi: Any) -> dict[str, int | None]:
-    """Turns of θ and of φ; a turn of θ at which the axis rests is a cusp."""
+    """The numbers of turns of θ and of φ; a turn of θ where the axis is at rest is a cusp."""
     t, exact, found = c.elapsed, c.exact, dict[str, int | None].fromkeys(EVENTS)
     if theta is not None:
         swing = max(LEAST_TURN * float(np.ptp(exact.theta)) + NOISE, LEAST_SWING * (not nutates(c)))
@@ -319,7 +320,7 @@ def _turns(x: Array, least: float) -> Any:
 
 
 def measure_condition(c: Comparison) -> float:
-    """How far the axis moves, at most, when each number changes by half an ulp [rad]."""
+    """The largest change of the axis, RMS, when each number changes by half an ulp [rad]."""
     times = c.elapsed[np.linspace(0, c.elapsed.size - 1, 8).astype(int)].tolist()
     rounded = c.with_numbers(theta=float(c.start.theta)).with_numbers(A=float(c.top.A))
     numbers = {name: getattr(rounded.top, name) for name in MOMENT_NAMES}
@@ -330,10 +331,10 @@ def measure_condition(c: Comparison) -> float:
         records: Any = c.motion.at(times, 40)
         return np.array([record.axis for record in records])
 
-    there, moved = axes(rounded), np.zeros(len(times))
+    unchanged, moved = axes(rounded), np.zeros(len(times))
     for name, value in numbers.items():
-        if value.sign():  # A grows and the others shrink, so that C ≤ 2A and θ ≤ π stay
-            by = 1 + (ULP if name == "A" else -ULP)
-            change = (axes(rounded.with_numbers(**{name: value * by})) - there) * 2**53
+        if value.sign():  # A grows and the others shrink, so that C ≤ 2A and θ ≤ π still hold
+            factor = 1 + (ULP if name == "A" else -ULP)
+            change = (axes(rounded.with_numbers(**{name: value * factor})) - unchanged) * 2**53
             moved += (change.astype(float) ** 2).sum(axis=1)
     return float(ULP) * float(np.sqrt(moved.max()))

@@ -1,4 +1,4 @@
-"""Read a trajectory: what a file or arrays give, by quantity and in SI units."""
+"""Reading of trajectories: the quantities of a file or of arrays, in SI units."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ LEAST_ROWS: Final = 5
 RUN_FILE: Final = "trajectory.nc"  # in the folder of a run
 ROWS_LISTED: Final = 5
 COLUMNS_LISTED: Final = 20
-LARGEST_VALUE: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
+LARGEST_VALUE: Final = 1e15  # beyond it an angle in doubles has no direction
 LENGTHS: Final = {"axis": 1.0, "quaternion": 1.0, "vertical": 1.0, "matrix": np.sqrt(3)}
-LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
-HEAD_LINES: Final = 40  # among which the header is looked for
-READ_SHAPES: Final[Mapping[str, tuple[int, ...]]] = {  # and the shape of one value
+LENGTH: Final = 1e-6  # relative difference of a length from 1 without a remark
+HEAD_LINES: Final = 40  # lines in which the header is looked for
+READ_SHAPES: Final[Mapping[str, tuple[int, ...]]] = {  # of one value of each quantity
     "t": (), "quaternion": (4,), "matrix": (3, 3),
     **dict.fromkeys(("axis", "omega", "omega_body", "momentum_body", "vertical"), (3,)),
     **dict.fromkeys((*ANGLES, "elevation", *RATES, "elevationdot"), ()),
@@ -44,10 +44,10 @@ POSITIONS: Final = (*ANGLES, "elevation", "axis", "quaternion", "matrix", "verti
 class Data(NamedTuple):
     """A trajectory in SI units.
 
-    `values` has arrays by quantity, the times `t` among them, `shaken` the same moved by as much as
-    the rounding of their numbers does, empty where all digits are written. `remarks` are what was
-    done on reading, `declared` the conventions that headers declare, `columns` has the quantity of
-    every column, empty where it has none, `scene` is the scene that a file of ours holds.
+    `values` has arrays by quantity, the times `t` among them; `shaken` has them with random
+    roundings added, and is empty where all digits are written. `remarks` say what was done on
+    reading, `declared` are the conventions that headers declare, `columns` has the quantity of
+    every column, empty where it has none, `scene` is the scene in a file of this package.
     """
 
     name: str
@@ -60,7 +60,7 @@ class Data(NamedTuple):
 
 
 def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
-    """What a file, or a mapping of arrays, gives.
+    """Read a file, or a mapping of arrays.
 
     Raises
     ------
@@ -77,29 +77,29 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
         name, given = printable(path), _load(path, chosen)
     elif not hasattr(data, "keys"):
         raise wrong_type("data", "the path of a file, or arrays by their names", data)
-    elif any(getattr(getattr(data, "index", None), "names", ())):  # of pandas, such as t
+    elif any(getattr(getattr(data, "index", None), "names", ())):  # an index of pandas, such as t
         given = data.reset_index()
     table = {str(each): given[each] for each in getattr(given, "variables", given)}
     about, faults = getattr(given, "attrs", {}), list[str]()
-    scene = about.get("scene") if "plan" in about else None  # of a run of ours
-    numbers = {each: x for each, column in table.items() if (x := _numbers(column)) is not None}
+    scene = about.get("scene") if "plan" in about else None  # in the file of a run
+    numbers = {each: x for each, column in table.items() if (x := _floats(column)) is not None}
     found = choose_columns(table, numbers, chosen, faults)
-    values = _values(numbers, found, faults)
+    values = _si_values(numbers, found, faults)
     declared, remarks = _read_declared(found)
     rows = _usable_rows(table, values, faults, remarks)
     if faults:
         raise ForeignFile("\n".join(f"{name}: {printable(fault)}" for fault in faults))
-    grain = _values({each: grain_of(x) for each, x in numbers.items()}, found, [])
+    grain = _si_values({each: grain_of(x) for each, x in numbers.items()}, found, [])
     grain["t"] = grain["t"] * is_rounded(values["t"], grain["t"])
-    random, some = np.random.default_rng(0), {x: values[x][rows] for x in values}
-    moved = {  # as rounding moves them, RMS, here or there
+    random, kept = np.random.default_rng(0), {x: values[x][rows] for x in values}
+    moved = {  # by the RMS of rounding, up or down
         x: y + grain[x][rows] / np.sqrt(3) * random.choice((-1, 1), y.shape)
-        for x, y in some.items()
+        for x, y in kept.items()
     }
     shaken = _normalize(moved, []) if any(x[rows].any() for x in grain.values()) else {}
     used = dict.fromkeys(table, "")
-    used |= {column: quantity for quantity, those in found.items() for column, _ in those}
-    return Data(name, _normalize(some, remarks), shaken, remarks, declared, used, scene)
+    used |= {column: quantity for quantity, columns in found.items() for column, _ in columns}
+    return Data(name, _normalize(kept, remarks), shaken, remarks, declared, used, scene)
 
 
 # --- columns -------------------------------------------------------------------------------------
@@ -109,10 +109,10 @@ def choose_columns(
     table: DataTable, numbers: DataTable, chosen: Mapping[str, str], faults: list[str]
 ) -> Headers:
     """The columns of each quantity, and their units, in the order of its components."""
-    split = {name: _split(name, x) for name, x in table.items()}
+    split = {name: _split_unit(name, x) for name, x in table.items()}
     possible = {name: meanings(*split[name]) or meanings(name) for name in numbers}
     for key, column in chosen.items():
-        plain, unit = _split(column)
+        plain, unit = _split_unit(column)
         alike = [n for n in table if n == column.strip()] or [
             n for n in table if split[n][0] == plain
         ]
@@ -141,14 +141,17 @@ def choose_columns(
     return found
 
 
-def _split(name: str, column: Any = None) -> tuple[str, str]:
-    """The name of a column, and its unit, by its attributes or in brackets behind its name."""
+def _split_unit(name: str, column: Any = None) -> tuple[str, str]:
+    """The name of a column, and its unit: that of its attributes, or in brackets after its name."""
     bare, _, unit = name.partition("[")
     return bare.strip(), str(getattr(column, "attrs", {}).get("units", unit.rstrip("] ")))
 
 
-def _numbers(column: Any) -> Array | None:
-    """A column as floats, nan where it has no number; dates are seconds since the first."""
+def _floats(column: Any) -> Array | None:
+    """A column as floats, nan where it has no number; dates as seconds since the first.
+
+    None where it has no numbers, or a component has none.
+    """
     if np.ma.isMaskedArray(column):
         column = np.ma.filled(column.astype(float), np.nan)
     values = np.asarray(column)
@@ -161,12 +164,12 @@ def _numbers(column: Any) -> Array | None:
 
         values = np.reshape(pandas.to_numeric(values.ravel(), errors="coerce"), values.shape)
     if values.dtype.kind not in "fiu" or not np.isfinite(values).any(axis=0).all():
-        return None  # a component has none at all
+        return None
     return np.atleast_1d(np.squeeze(values.astype(np.float64)))
 
 
-def _values(numbers: DataTable, found: Headers, faults: list[str]) -> dict[str, Array]:
-    """The arrays by quantity in SI units, in the shapes that they need to have."""
+def _si_values(numbers: DataTable, found: Headers, faults: list[str]) -> dict[str, Array]:
+    """The arrays by quantity in SI units, in the shapes of `READ_SHAPES`."""
     if "t" not in found:
         return {}
     rows, values = numbers[found["t"][0][0]].size, dict[str, Array]()
@@ -199,7 +202,7 @@ def _read_declared(found: Headers) -> tuple[list[str], list[str]]:
 def _usable_rows(
     table: DataTable, values: Mapping[str, Array], faults: list[str], remarks: list[str]
 ) -> Any:
-    """The rows that have a value of everything, as time goes on, no time twice."""
+    """The rows that have all values, in the order of time, no time twice."""
     may_lack = any(hasattr(x, "dims") or np.ma.isMaskedArray(x) for x in table.values())
     kept = np.ones(len(values.get("t", ())), dtype=bool)
     for name, x in values.items():
@@ -236,7 +239,7 @@ def _usable_rows(
 
 
 def _row_list(rows: Any) -> str:
-    """The numbers of the first rows of some."""
+    """Words that list the first of some rows."""
     found = np.flatnonzero(rows) + 1
     more = f", and {found.size - ROWS_LISTED} more" * (found.size > ROWS_LISTED)
     return f"row {', '.join(map(str, found[:ROWS_LISTED]))}{more}"
@@ -246,9 +249,9 @@ def _row_list(rows: Any) -> str:
 
 
 def _normalize(values: dict[str, Array], remarks: list[str]) -> dict[str, Array]:
-    """The arrays with lengths of 1, matrices for quaternions, and tilts for elevations.
+    """The arrays with lengths of 1, with matrices of quaternions, and tilts for elevations.
 
-    Lengths are divided by their first, so that a drift of them stays in the data.
+    Vectors are divided by the first length, so that a drift of the length stays in the data.
     """
     values = dict(values)
     for name in [name for name in LENGTHS if name in values]:
@@ -309,7 +312,7 @@ def _load(path: Path, chosen: Mapping[str, str]) -> Any:
                 return _load_netcdf(path)
             case _:
                 return _load_text(path, chosen)
-    except Exception as fault:  # of several libraries, on bytes that anybody wrote
+    except Exception as fault:  # any error of several libraries
         why = " ".join(str(getattr(fault, "strerror", None) or fault).split())
         raise ForeignFile(f"{printable(path)}: not readable ({printable(why)})") from fault
 
@@ -325,35 +328,36 @@ def _load_text(path: Path, chosen: Mapping[str, str]) -> DataTable:
     except UnicodeDecodeError:  # as Excel writes ° and ä
         text = raw.decode("latin-1")
     lines = [*islice(StringIO(text, newline=None), HEAD_LINES)]
-    first, between, names = _find_header(lines, {_split(column)[0] for column in chosen.values()})
-    comma = between != "," and any("," in line for line in lines[first:])
-    marks = {"sep": r"\s+" if between == " " else between, "decimal": "," if comma else "."}
+    chosen_names = {_split_unit(column)[0] for column in chosen.values()}
+    first, delimiter, names = _find_header(lines, chosen_names)
+    comma = delimiter != "," and any("," in line for line in lines[first:])
+    marks = {"sep": r"\s+" if delimiter == " " else delimiter, "decimal": "," if comma else "."}
     rows: dict[str, Any] = {"names": names, "skiprows": first, "index_col": False, "comment": "#"}
     with warnings.catch_warnings(action="error", category=pandas.errors.ParserWarning):
         return dict(pandas.read_csv(StringIO(text), skipinitialspace=True, **marks, **rows))
 
 
 def _find_header(lines: Sequence[str], wanted: Collection[str]) -> tuple[int, str, list[str]]:
-    """Where the rows begin, the delimiter, and the names of the columns."""
+    """The number of the first row of values, the delimiter, and the names of the columns."""
     for at, line in enumerate(lines):
-        for between in (x for x in "\t;, " if x in line):
-            names = _cells(line, between)
-            if sum(_split(n)[0] in wanted or bool(meanings(n)) for n in names) < 2:
+        for delimiter in (x for x in "\t;, " if x in line):
+            names = _cells(line, delimiter)
+            if sum(_split_unit(n)[0] in wanted or bool(meanings(n)) for n in names) < 2:
                 continue
             names = [f"{n} (again {k})" if n in names[:k] else n for k, n in enumerate(names)]
-            below = _cells("".join(lines[at + 1 : at + 2]), between)
+            below = _cells("".join(lines[at + 1 : at + 2]), delimiter)
             if len(below) != len(names) or any(x[-1:].isdigit() or x == "nan" for x in below):
-                return at + 1, between, names
-            units = (x.strip("[]()") for x in below)  # a row of them
-            return at + 2, between, [f"{n} [{x}]" for n, x in zip(names, units, strict=True)]
+                return at + 1, delimiter, names
+            units = (x.strip("[]()") for x in below)  # the next line has the units
+            return at + 2, delimiter, [f"{n} [{x}]" for n, x in zip(names, units, strict=True)]
     rule = "a header with the names of t and of angles, axis, quaternion or matrix is needed"
     raise ForeignFile(f"{rule}; columns says what is yours, such as t=Zeit,theta=tilt")
 
 
-def _cells(line: str, between: str) -> list[str]:
-    """What stands in a line, but for a mark of comments and empty cells at the end."""
-    text = re.sub(r"^\s*[#%]+\s*", "", line).strip(" \n").rstrip(between)
-    row = csv.reader([text], delimiter=between, skipinitialspace=True)
+def _cells(line: str, delimiter: str) -> list[str]:
+    """The cells of a line, without a mark of comments and empty cells at the end."""
+    text = re.sub(r"^\s*[#%]+\s*", "", line).strip(" \n").rstrip(delimiter)
+    row = csv.reader([text], delimiter=delimiter, skipinitialspace=True)
     return [x.strip() for x in next(row, [])]
 
 

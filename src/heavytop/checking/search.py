@@ -226,7 +226,5 @@ def _try_sets(
                     )
         for steps, after in states:
             with suppress(HeavyTopError):
-                # no fit reaches more than 6.5 decades
-                yield Explanation(
-                    steps, np.maximum(decades(after, begins), -6.5), after.first_error
-                )
+                misfit = np.maximum(decades(after, begins), LEAST_MISFIT)
+                yield Explanation(steps, misfit, after.first_error)

@@ -1,6 +1,4 @@
-"""Arrays of tops and starts, broadcast against each other and read as one long row; and the codes
-in which arrays hold kinds, their details and tags.
-"""
+"""Arrays of tops and starts, broadcast and flattened; codes for kinds, their details and tags."""
 
 from __future__ import annotations
 
@@ -24,11 +22,11 @@ Mask: TypeAlias = "NDArray[np.bool_]"
 Codes: TypeAlias = "NDArray[np.uint8]"
 Given: TypeAlias = "Mapping[str, ArrayLike]"
 
-ARRAY_RANGE: Final = 2.0**100  # or 1 over it, of numbers that doubles decide about
+ARRAY_RANGE: Final = 2.0**100  # doubles decide for numbers up to it, and down to 1 over it
 _WHOLE: Final = 2.0**53
 
 VERDICT_NAMES: Final = (*map(str, Kind), "impossible")
-"""What the codes of kinds mean; the last is of no motion."""
+"""The kinds by their codes; the last is that of impossible motions."""
 
 IMPOSSIBLE: Final = VERDICT_NAMES.index("impossible")
 
@@ -36,7 +34,7 @@ VERDICT_DETAILS: Final = (
     "", "stable", "marginal", "unstable", "swinging", "rotating", "asymptotic",
     "slow", "fast", "single",
 )  # fmt: skip
-"""What the codes of details mean: distinguishes motions of one kind."""
+"""The details by their codes, which distinguish motions of one kind; 0 is none."""
 
 TAG_NAMES: Final = tuple(TAGS)
 """The tags whose bits are 1, 2, 4, …"""
@@ -103,7 +101,7 @@ class Starts(NamedTuple):
 
 
 class InputArrays:
-    """Arrays of tops and starts by name, as columns; what is the same for all is one element.
+    """Arrays of tops and starts by name, as columns; a number common to all is one element.
 
     Parameters
     ----------
@@ -113,7 +111,7 @@ class InputArrays:
     Raises
     ------
     NotANumber
-        Something is not an array of integers or of doubles.
+        An argument is not an array of integers or of doubles.
     Impossible
         The shapes do not broadcast.
     """
@@ -132,13 +130,13 @@ class InputArrays:
         }
 
     def part(self, span: Any) -> dict[str, Any]:
-        """Some of the columns by name; what is the same for all is one element."""
+        """Parts of the columns by name; a number common to all is one element."""
         return {name: x if x.size == 1 else x[span] for name, x in self._columns.items()}
 
     def starts(self, span: Any) -> Starts:
-        """Some of the tops and starts; what is the same for all is one element."""
+        """Some of the tops and starts; a number common to all is one element."""
         part = self.part(span)
-        *_, held = part  # the spin stands last
+        *_, held = part  # the name of the spin is last
         return Starts._make((*part.values(), held))
 
     def full(self) -> dict[str, Array]:
@@ -147,14 +145,14 @@ class InputArrays:
         return {name: np.ascontiguousarray(np.broadcast_to(x, self.size)) for name, x in columns}
 
     def one(self, at: int) -> tuple[Top, State]:
-        """One of them, exactly; raises `ImpossibleTop` or `ImpossibleStart`."""
+        """One top and its start, exact; raises `ImpossibleTop` or `ImpossibleStart`."""
         numbers = {name: float(x[0]) for name, x in self.part(slice(at, at + 1)).items()}
         moments = {name: numbers.pop(name) for name in ("A", "C", "gMR")}
         return Top.of_numbers(**moments), State(**numbers)
 
 
 def with_spin(given: Given, psidot: ArrayLike | None, omega3: ArrayLike | None) -> Given:
-    """Tops and starts with their spin, of which one name at most is given; none is ψ̇ = 0."""
+    """Tops and starts with their spin: psidot, or omega3, or ψ̇ = 0 where neither is given."""
     if psidot is not None and omega3 is not None:
         raise ImpossibleStart(broken_names(ANGLE_RATES, ("psidot", "omega3")))
     if omega3 is not None:
@@ -163,6 +161,7 @@ def with_spin(given: Given, psidot: ArrayLike | None, omega3: ArrayLike | None) 
 
 
 def _array(name: str, given: ArrayLike) -> Array:
+    """An argument as an array of doubles; `NotANumber` where these cannot hold it exactly."""
     try:
         array = np.asarray(given)
     except ValueError as error:  # lists of different lengths

@@ -1,7 +1,7 @@
 """Certified classification of one motion: its kind, its tags and the reason, each proved.
 
-Balls of 106 bits decide a sign nearly always. What they leave open goes to the exact numbers, whose
-sign is found by balls of more bits or by proving that everything cancels.
+Balls of 106 bits decide nearly all signs. The others are decided in exact numbers, by balls of more
+bits or by a proof that the number is 0.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def classify(top: Top, start: State) -> Verdict:
 
 
 def _detail(signs: SceneSigns, kind: Kind) -> tuple[int | None, tuple[str, ...], tuple[str, ...]]:
-    """What distinguishes motions of one kind: the sign, its name, and what is open."""
+    """The sign that distinguishes motions of one kind, its name, and the name of what is open."""
     if kind not in KIND_DETAILS:
         return None, (), ()
     names, product, _ = KIND_DETAILS[kind]
@@ -118,17 +118,19 @@ def _tags(signs: SceneSigns, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ..
 
 
 def _spherical_top(signs: SceneSigns, _: Kind) -> bool:
+    """Whether A = C."""
     return signs.top.A == signs.top.C or (signs.top.A - signs.top.C).sign() == 0
 
 
 def _closed_orbit(signs: SceneSigns, kind: Kind) -> bool:
-    """Whether the axis is known to run along a closed curve: a circle, or to and fro."""
+    """Whether the axis is known to move on a closed curve: a circle, or an arc to and fro."""
     if kind is Kind.PLANAR_PENDULUM:
         return signs.product(*KIND_DETAILS[kind].product) != 0
     return any(signs.product(number) for number in TAGS["start-at-rest"].zeros)
 
 
 def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
+    """Whether 1 − m < `NEAR_SEPARATRIX`."""
     over = kinds.OVER_BOTTOM if signs.product(kinds.INVERTED) > 0 else kinds.OVER_TOP
     if 2 * kinds.FAR_RATIO * abs(over.value(signs.balls)) > abs(signs.balls.g):
         return False
@@ -138,7 +140,7 @@ def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
 
 
 def _reverses(signs: SceneSigns, _: Kind) -> bool:
-    """Whether f is positive at a zero of ψ̇; a turning point with ψ̇ = 0 is the zero itself."""
+    """Whether f is positive at a zero of ψ̇; at a turning point with ψ̇ = 0 it is not."""
     one = signs.product(kinds.PASS_TOP, kinds.PASS_BOTTOM) > 0
     if not one and signs.product(kinds.FLATTER) <= 0:
         return False
@@ -151,7 +153,7 @@ def _reverses(signs: SceneSigns, _: Kind) -> bool:
 
 
 def _rises_at_a_zero(x: Reduced, one: bool) -> bool:
-    """Whether f is positive at a zero of q between the poles, in the form that does not cancel."""
+    """Whether f is positive at a zero of q between the poles, found without cancellation."""
     free, linear, square = kinds.spin_rate(x)
     inside = linear * linear - 4 * free * square
     if not one and (_sign(inside) != 1 or _sign(4 * square * square - linear * linear) != 1):
@@ -162,7 +164,7 @@ def _rises_at_a_zero(x: Reduced, one: bool) -> bool:
 
 
 def _sign(value: Real) -> int:
-    """The sign of a ball or of an exact number, or `UndecidedError`."""
+    """The sign of a ball or of an exact number; `UndecidedError` where it is open."""
     side = value.sign() if isinstance(value, Exact) else ball_sign(value)
     if side is None:
         raise UndecidedError("ψ̇", value.ball(MOST_SIGN_BITS) if isinstance(value, Exact) else value)
@@ -195,7 +197,7 @@ _SIGNS: Final = {x: kinds.Sign(x, x == 1, x in (1, -1), x == 0) for x in (1, 0, 
 class SceneSigns(kinds.Signs):
     """The signs of criteria for one top and one start, each computed when it is first needed.
 
-    They take a working precision of 106 bits.
+    They have to be read at the working precision of 106 bits.
     """
 
     def __init__(self, top: Top, start: State) -> None:
@@ -215,14 +217,14 @@ class SceneSigns(kinds.Signs):
         return found
 
     def product(self, *numbers: Criterion) -> int:
-        """The sign of a product; raises where that of a factor is open."""
+        """The sign of a product; `UndecidedError` where the sign of a factor is open."""
         sides = [self.sign(number).number for number in numbers]
         if None in sides:
             raise self.undecided(*numbers)
         return prod(sides)
 
     def undecided(self, *numbers: Criterion) -> UndecidedError:
-        """What says that the sign of the first of some numbers is open of which it is."""
+        """The error for the first of some numbers whose sign is open."""
         number = next(each for each in numbers if self.sign(each).number is None)
         with working(MOST_SIGN_BITS):
             return UndecidedError(number.symbol, number.value(self.source.reduced(MOST_SIGN_BITS)))
@@ -232,9 +234,9 @@ class SceneSigns(kinds.Signs):
 
 
 def reason(signs: SceneSigns, rule: Rule, side: int | None) -> str:
-    """Why a rule fits, and what distinguishes the motion from others of its kind.
+    """The conditions of a rule with their numbers, and the detail that distinguishes the motion.
 
-    `side` is the sign of the product that does, None where there is none or it is undecided.
+    `side` is the sign of the product of the detail, None where there is none or it is undecided.
     """
     decided = " and ".join(_conditions(signs, rule))
     text = f"{decided}: {rule.kind.so}"
@@ -245,13 +247,14 @@ def reason(signs: SceneSigns, rule: Rule, side: int | None) -> str:
 
 
 def general_reason(rule: Rule) -> str:
-    """Why a rule fits, without numbers."""
+    """The conditions of a rule, without numbers."""
     zeros = [f"{number.symbol} = 0" for number in rule.zeros]
     shown = [f"{number.symbol} {_RELATIONS[side]}" for number, side in rule.shown]
     return f"{' and '.join((*zeros, *shown))}: {rule.kind.so}"
 
 
 def _conditions(signs: SceneSigns, rule: Rule) -> Iterator[str]:
+    """Yield the conditions of a rule, with their numbers."""
     if rule.zeros:
         yield " = 0, ".join(number.symbol for number in rule.zeros) + " = 0 (proved)"
     for number, side in rule.shown:
@@ -259,12 +262,13 @@ def _conditions(signs: SceneSigns, rule: Rule) -> Iterator[str]:
 
 
 def _inequality(signs: SceneSigns, number: Criterion, side: int) -> str:
+    """A number with its symbol, value and relation to 0."""
     value = _value(signs, number) if side else None
     return " ".join(filter(None, (number.symbol, value, _RELATIONS[side])))
 
 
 def _value(signs: SceneSigns, number: Criterion) -> str | None:
-    """A number to 4 digits, with its unit; None where it is infinite, or as small as no scene's."""
+    """A number to 4 digits, with its unit; None where no bits give 4 digits."""
     for bits in _REASON_BITS:
         with working(bits):
             x = signs.balls if bits == SIGN_BITS else signs.source.reduced(bits)
@@ -275,6 +279,7 @@ def _value(signs: SceneSigns, number: Criterion) -> str | None:
 
 
 def _digits(ball: arb) -> str:
+    """The middle of a ball to 4 digits, also beyond the range of doubles."""
     size = float(abs(ball.mid()))
     text = f"{size:.4g}" if size > 0 and isfinite(size) else abs(ball).str(4, radius=False)
     return f"{'−' * bool(ball < 0)}{text}"

@@ -52,7 +52,7 @@ class Bounded:
 
     @property
     def least(self) -> Array:
-        """What |x| is at least; 0 or less where its sign is not certain."""
+        """A lower bound of |x|; 0 or less where its sign is not certain."""
         return np.abs(self.value) - FILTER_ROUNDING * self.magnitude
 
     def __add__(self, other: Bounded) -> Bounded:

@@ -1,8 +1,8 @@
 """The kinds of motion, the verdict on one motion, and the table of rules that distinguish them.
 
-Each number that decides is a sum of products of the constants of a `Reduced` motion, in units
-A = 1, so that any arithmetic can take it: balls, exact numbers, arrays of doubles. `classify` reads
-the table with proved signs, `filter` with arrays of doubles, `why` with numbers.
+The rules are conditions on signs of numbers. Each is a sum of products of the constants of a
+`Reduced` motion, in units A = 1, in any arithmetic: `classify` evaluates them in balls and exact
+numbers, `filter` in arrays of doubles.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from heavytop.text import Shown
 
 
 class Kind(StrEnum):
-    """The kinds of motion, in the order in which the first that fits is taken, and what follows."""
+    """The kinds of motion, in the order of the rules; `so` is a sentence about each."""
 
     AT_REST = "at-rest", "nothing moves, and no torque acts"
     FORCE_FREE = "force-free", "no torque acts"
@@ -42,7 +42,7 @@ class Kind(StrEnum):
     so: str
 
     def __new__(cls, name: str, so: str = "") -> Kind:
-        """Make one of its name, and of what follows where it fits."""
+        """Make a kind with its name and its sentence."""
         kind = str.__new__(cls, name)
         kind._value_, kind.so = name, so
         return kind
@@ -50,14 +50,14 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Verdict(Shown):
-    """What kind of motion it is, and how that is known.
+    """The kind of a motion, its tags, and why.
 
     Parameters
     ----------
     kind : Kind
         The first kind that fits; `Kind.UNDECIDED` where a sign is not decided.
     tags : tuple of str
-        What else holds, proved; first distinguishes motions of one kind.
+        Proved properties of the motion; the first distinguishes motions of one kind.
     open_tags : tuple of str
         Tags that could be neither proved nor disproved.
     certified : bool
@@ -65,8 +65,8 @@ class Verdict(Shown):
     why : str
         The condition that decided, with its numbers; where it is undecided, which sign is open.
     bound : str or None
-        Where it is undecided: what the number in question, beside its terms, is proved not to
-        exceed, as decimal text (it may be smaller than any double).
+        Where it is undecided: a proved bound of the undecided number, in units A = 1, as decimal
+        text (it may be smaller than any double).
     """
 
     kind: Kind
@@ -82,10 +82,10 @@ class Verdict(Shown):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Criterion:
-    """A number that distinguishes kinds, in units A = 1, and the one that is shown of its sign.
+    """A number in units A = 1 whose sign distinguishes kinds, and how it is shown.
 
-    That has a symbol and a unit, and follows from the number itself (by default A or A² times it),
-    the motion and A.
+    `shown` gives the number with this symbol and unit as a function of the value, the motion and
+    A; by default it is A times the value.
     """
 
     symbol: str
@@ -102,7 +102,7 @@ WEIGHT: Final = Criterion("gMR", lambda x: x.g)
 INVERTED: Final = Criterion("−gMR", lambda x: -x.g)
 SINE: Final = Criterion("sin θ", lambda x: x.sin2)
 HIGH: Final = Criterion("gMR cos θ", lambda x: x.g * x.u0, "J")
-"""Positive on the pole where V is highest."""
+"""Positive where the axis is on the pole where V is highest."""
 
 PASS_TOP: Final = Criterion("p_φ − p_ψ", lambda x: x.P_minus)
 PASS_BOTTOM: Final = Criterion("p_φ + p_ψ", lambda x: x.P_plus)
@@ -110,7 +110,7 @@ PASS_BOTTOM: Final = Criterion("p_φ + p_ψ", lambda x: x.P_plus)
 
 OVER_TOP: Final = Criterion("E′ − gMR", lambda x: x.over_top, "J")
 OVER_BOTTOM: Final = Criterion("E′ + gMR", lambda x: x.over_bottom, "J")
-"""The energy to spare at the top, and at the bottom."""
+"""The kinetic energy left at the top, and at the bottom."""
 
 PULL: Final = Criterion("A cos θ φ̇² − p_ψ φ̇ + gMR", lambda x: x.slope0)
 """θ̈ sinθ: zero, with θ̇ = 0, where θ is constant."""
@@ -118,12 +118,12 @@ PULL: Final = Criterion("A cos θ φ̇² − p_ψ φ̇ + gMR", lambda x: x.slope
 LOOPING: Final = Criterion(
     "E′ − gMR p_φ/p_ψ", lambda x: x.cusp_number, "J", lambda value, x, A: A * value / x.b
 )
-"""The number is of the sign of p_ψ in loops, zero in cusps. Both its terms vanish at rest."""
+"""The number has the sign of p_ψ in loops, and is 0 in cusps. Both its terms vanish at rest."""
 
 SLEEPING: Final = Criterion(
     "p_ψ² − 4A |gMR|", lambda x: x.b * x.b - 4 * x.g * x.u0, "kg² m⁴/s²", lambda y, _, A: A * A * y
 )
-"""Of a sleeping top: not negative where that is stable."""
+"""Not negative where sleeping is stable."""
 
 FASTER: Final = Criterion("A φ̇² cos² θ − gMR cos θ", lambda x: _steady(x, -x.g))
 SLOWER: Final = Criterion("A φ̇² cos² θ + gMR cos θ", lambda x: _steady(x, x.g))
@@ -131,7 +131,7 @@ SLOWER: Final = Criterion("A φ̇² cos² θ + gMR cos θ", lambda x: _steady(x,
 
 SPIN_STOPS: Final = Criterion("ψ̇ sin² θ", lambda x: (x.kappa + x.b) * x.sin2 - x.drift0 * x.u0)
 FLATTER: Final = Criterion("C² − 4A²", lambda x: x.b * x.b - 4 * (x.kappa + x.b) * (x.kappa + x.b))
-"""With p_ψ² instead of C²: zero too where nothing spins."""
+"""The number has p_ψ² in place of C², and so is 0 too where nothing spins."""
 
 
 def _steady(x: Reduced, g: Real) -> Real:
@@ -139,7 +139,7 @@ def _steady(x: Reduced, g: Real) -> Real:
     return x.u0 * (x.drift0 * x.drift0 * x.u0 + g * x.sin2 * x.sin2)
 
 
-# --- shown only: of the sign of a product that decided --------------------------------------------
+# --- numbers that are only shown, with the sign of a product that decided -------------------------
 
 MOMENTA: Final = Criterion(
     "|p_φ| − |p_ψ|", lambda x: x.P_minus * x.P_plus / (abs(x.a) + abs(x.b)), "kg m²/s"
@@ -158,7 +158,7 @@ RATIO: Final = Criterion(
 class Rule(NamedTuple):
     """A kind fits where all `zeros` are zero and the product of `positive` is positive.
 
-    `shown` are the numbers that say so, with their signs.
+    `shown` are the numbers of its reason, with their signs.
     """
 
     kind: Kind
@@ -181,18 +181,18 @@ RULES: Final = (
     Rule(Kind.UNIFORM_PRECESSION, (THETA_RATE, PULL)),
     Rule(Kind.WAVES, (), (PASS_TOP, PASS_BOTTOM), ((MOMENTA, 1),)),
     Rule(Kind.CUSPS, (LOOPING,), (), ((MOMENTA, -1),)),
-    # P₊ is here of the sign of p_ψ
+    # here P₊ has the sign of p_ψ
     Rule(Kind.LOOPS, (), (LOOPING, PASS_BOTTOM), ((MOMENTA, -1), (LOOPING, 1))),
     Rule(Kind.WAVES, (), (), ((LOOPING, -1),)),
 )
-"""The first that fits is taken. The separatrix leads to the pole where V is highest: at the other
-one the energy to spare is zero only at rest."""
+"""The first rule that fits gives the kind. A separatrix leads to the pole where V is highest: at
+the other one the kinetic energy is zero only at rest."""
 
 
 class Detail(NamedTuple):
-    """What distinguishes motions of one kind: where a product is zero, positive and negative.
+    """The names of motions of one kind where a product is zero, positive and negative.
 
-    `shown` has the sign of the product.
+    `shown` is a number with the sign of the product.
     """
 
     names: tuple[str, str, str]
@@ -204,7 +204,7 @@ _NODS: Final = ("asymptotic", "rotating", "swinging")
 _STEADY_RATES: Final = ("single", "fast", "slow")
 _SLEEP: Final = ("marginal", "stable", "unstable")
 
-KIND_DETAILS: Final = {  # a pendulum always has energy to spare at the lower pole
+KIND_DETAILS: Final = {  # a pendulum always reaches the lower pole
     Kind.SLEEPING: Detail(_SLEEP, (SLEEPING,), SLEEPING),
     Kind.PLANAR_PENDULUM: Detail(_NODS, (OVER_TOP, OVER_BOTTOM), SPARE_ENERGY),
     Kind.UNIFORM_PRECESSION: Detail(_STEADY_RATES, (FASTER, SLOWER), RATIO),
@@ -212,7 +212,7 @@ KIND_DETAILS: Final = {  # a pendulum always has energy to spare at the lower po
 
 
 class Tag(NamedTuple):
-    """The conditions of a tag, as of a rule, and its kinds; four have further conditions."""
+    """The kinds that may have a tag, and its conditions, as of a rule; some have further ones."""
 
     kinds: frozenset[Kind]
     zeros: tuple[Criterion, ...] = ()
@@ -234,10 +234,7 @@ TAGS: Final = {
 }
 
 
-# --- whether rules fit ---------------------------------------------------------------------------
-
-# It follows from the signs of numbers, where they are known: of one motion truth values, of
-# arrays masks.
+# --- whether rules fit, by signs: bools for one motion, masks for arrays -------------------------
 
 
 class Sign(NamedTuple):
@@ -250,7 +247,7 @@ class Sign(NamedTuple):
 
 
 class Tristate(NamedTuple):
-    """Where something is certainly so, and where it is certainly not; elsewhere it is unsure."""
+    """Where a statement is certainly true, and where certainly false; elsewhere it is open."""
 
     yes: Any
     no: Any
@@ -263,7 +260,7 @@ CERTAINLY_NOT: Final = Tristate(yes=False, no=True)
 
 
 class Signs:
-    """The signs of criteria of kinds."""
+    """The signs of criteria, and whether rules fit by them; subclasses compute `sign`."""
 
     always = Tristate(True, False)
     everywhere: ClassVar[Any] = bool
@@ -273,7 +270,7 @@ class Signs:
         raise NotImplementedError
 
     def vanish(self, numbers: Iterable[Criterion]) -> Tristate:
-        """Whether all of some criteria are 0; they are evaluated in order, until none can be."""
+        """Whether all of some criteria are 0; evaluation ends where they certainly are not."""
         yes, no = self.always
         for number in numbers:
             _, _, certain, zero = self.sign(number)
@@ -310,7 +307,7 @@ def spin_rate(x: Reduced) -> tuple[Real, Real, Real]:
 
 
 def speed_at(x: Reduced, u: Real) -> Real:
-    """f(u) = u̇², negative where the axis never is."""
+    """f(u) = u̇², negative at heights that the axis never reaches."""
     drop = x.a - x.b * u
     return 2 * (x.kinetic0 + x.g * (x.u0 - u)) * (1 - u * u) - drop * drop
 
@@ -350,7 +347,7 @@ def _away_from_one(x: Reduced) -> Real:
 
 
 def _upper_roots_nearer(x: Reduced) -> Real:
-    """Of the sign of 2u₂ − u₁ − u₃ in the upright top: positive where 1 − m < ½."""
+    """A number with the sign of 2u₂ − u₁ − u₃, seen with g ≥ 0: positive where 1 − m < ½."""
     a3, a2, a1, a0 = x.cubic
     return 2 * a2 * a2 * a2 - 9 * a3 * a2 * a1 + 27 * a3 * a3 * a0
 

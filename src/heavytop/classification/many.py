@@ -17,13 +17,13 @@ from heavytop.errors import Impossible
 from heavytop.exact.pairs import Array
 from heavytop.scene.arguments import expect
 
-# tops at a time: arrays of 32 KiB stay in the cache and are not mapped anew
+# tops computed at once: arrays of 32 KiB stay in the processor's cache
 TOPS_AT_ONCE: Final = 4096
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdicts:
-    """What kinds of motion they are; arrays have the common shape of what was given.
+    """The kinds of many motions; arrays have the common shape of the numbers given.
 
     Parameters
     ----------
@@ -33,14 +33,14 @@ class Verdicts:
         Index in `details`: distinguishes motions of one kind. 0 where the kind has no details,
         and where they are not decided.
     certified : ndarray of bool
-        Whether the kind is proved; of what is impossible, too.
+        Whether the kind is proved; true of impossible motions too.
     tags, open_tags : ndarray of uint8 or None
         The tags that hold and those that could be neither proved nor disproved, as bits: 1 for
         the first of `tag_names`, 2, 4, … for the others. None without `tags`.
     sent : int
-        How many doubles left open, which were decided by balls.
+        The number of motions that doubles left open, and balls decided.
     names, details, tag_names : tuple of str
-        What the codes and the bits mean.
+        The meanings of the codes and of the bits.
     """
 
     kind: Codes
@@ -61,7 +61,7 @@ class Verdicts:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many there are of each kind that occurs; together they are all."""
+        """The number of motions of each kind that occurs."""
         counted = np.bincount(self.kind.ravel(), minlength=len(VERDICT_NAMES)).tolist()
         return {name: n for name, n in zip(VERDICT_NAMES, counted, strict=True) if n}
 
@@ -95,22 +95,21 @@ def classify_many(
     Returns
     -------
     Verdicts
-        What is impossible is marked and counted, not refused.
+        Impossible motions are marked and counted; they raise no error.
 
     Raises
     ------
     ImpossibleStart
         Both psidot and omega3 are given.
     NotANumber
-        Something is not an array of integers or of doubles.
+        An argument is not an array of integers or of doubles.
     Impossible
         The shapes do not broadcast.
 
     Notes
     -----
-    Doubles decide a sign where the sum is larger than its roundings can be; what they leave
-    open goes to `heavytop.classify`. ``validation/03_benchmarks.py`` measures how fast
-    this is.
+    Doubles decide a sign where the sum is larger than its rounding errors can be; the others are
+    decided by `heavytop.classify`. ``validation/03_benchmarks.py`` measures how fast this is.
 
     Accuracy: ``tests/classification/test_many.py`` holds kinds and tags to those of
     `heavytop.classify`, one by one.
@@ -141,7 +140,7 @@ def classify_many(
 
 
 def _filter_chunk(starts: Starts, tagged: bool) -> Codes:
-    """Decide what doubles can decide."""
+    """The rows of `Filtered` of some motions, as far as doubles decide, with impossible ones."""
     rows = filter_kinds(starts, tagged)
     broken, unsure = is_impossible(starts.A, starts.C, starts.theta), Filtered(*rows).certain == 0
     if unsure.any():  # where a sign is known, all are finite
@@ -153,7 +152,7 @@ def _filter_chunk(starts: Starts, tagged: bool) -> Codes:
 
 
 def _classify_open(columns: InputArrays, found: Codes) -> int:
-    """Decide by balls what is left open, and return how many that were."""
+    """Decide by balls what doubles left open; return how many that were."""
     sent, codes = 0, Filtered(*found)
     for at in np.flatnonzero((codes.certain == 0) | (codes.open_tags != 0)).tolist():
         try:

@@ -23,7 +23,7 @@ from heavytop.scene.top import Top
 
 Real: TypeAlias = Any
 
-FEW_BITS: Final = 192  # which decide nearly always, and serve for 40 digits
+FEW_BITS: Final = 192  # enough for nearly all signs, and for 40 digits
 MOST_SIGN_BITS: Final = 4096  # as many as the exact numbers try
 
 
@@ -126,12 +126,12 @@ class Reduced(NamedTuple):
 
 
 class Regime(NamedTuple):
-    """What is exactly so of a motion; everything but `mirrored` holds of the motion with g ≥ 0.
+    """Which numbers of a motion are exactly 0; all but `mirrored` are of the motion with g ≥ 0.
 
     Parameters
     ----------
     mirrored : bool
-        g < 0: the motion is looked at from below.
+        g < 0: the motion is seen upside down.
     weightless : bool
         g = 0.
     resting : bool
@@ -159,7 +159,7 @@ class Regime(NamedTuple):
 
     @classmethod
     def of(cls, source: ReducedMotion, start: Reduced, zero: Callable[[str], bool]) -> Regime:
-        """What is exactly so of a motion with such balls, of which `zero` says what vanishes."""
+        """The regime of a motion with these balls; `zero` tells which numbers vanish, by name."""
         mirrored = source.sign(attrgetter("g"), start) == -1
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
         surplus = "over_bottom" if mirrored else "over_top"
@@ -198,7 +198,7 @@ class ReducedMotion:
         return number(self.exact).sign() if side is None else side
 
     def bound(self, number: Callable[[Reduced], Real]) -> tuple[str, float]:
-        """What such a number is less than, as a text too."""
+        """A bound of the size of one of its numbers, as a text and as a double."""
         with working(MOST_SIGN_BITS):
             return bound_of(number(self.reduced(MOST_SIGN_BITS)))
 
@@ -216,7 +216,7 @@ def ball_sign(ball: arb) -> Sign | None:
 
 
 class StartMotion(ReducedMotion):
-    """The motion of a top and a start; balls are exact where what is given is proved to be 0."""
+    """The motion of a top and a start; balls of numbers that are proved to be 0 are exact."""
 
     def __init__(self, top: Top, start: State) -> None:
         self.top, self.start = top, start
@@ -354,20 +354,20 @@ class AxisMotion(ReducedMotion):
 
 @dataclass(frozen=True)
 class ConstantMotion(ReducedMotion):
-    """The motion of constants in fractions, from whose start its angles are counted."""
+    """The motion of constants that are fractions, with φ = ψ = 0 at the start."""
 
     constants: Reduced
 
     def reduced(self, bits: int | None) -> Reduced:
-        """It in balls or exact numbers."""
+        """The motion in balls or exact numbers."""
         return self.constants.mapped(exact_of if bits is None else rational_ball)
 
 
 @dataclass(frozen=True)
 class PassingMotion(ReducedMotion):
-    """A motion moved by a rounding error, so that it passes exactly through given poles.
+    """A motion changed by a rounding error, so that it passes exactly through given poles.
 
-    p_φ is moved to ±p_ψ, and the energy with it.
+    p_φ becomes ±p_ψ, and the energy changes with it.
     """
 
     source: ReducedMotion
@@ -375,7 +375,7 @@ class PassingMotion(ReducedMotion):
     bottom: bool
 
     def reduced(self, bits: int | None) -> Reduced:
-        """It in balls or exact numbers."""
+        """The motion in balls or exact numbers."""
         found = self.source.reduced(bits)
         b = found.b * 0 if self.top and self.bottom else found.b
         drift = b * found.one_minus_u0 if self.top else -b * found.one_plus_u0
@@ -390,5 +390,5 @@ class PassingMotion(ReducedMotion):
 
 
 def _opposite_side(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
-    """The angles of the same place on a pole, seen from the other side."""
+    """The angles of the same attitude on a pole, where the axis leaves to the other side."""
     return phi + arb.pi(), psi - pole * arb.pi()

@@ -1,7 +1,7 @@
-"""The derivation of the heavy top, shown step by step as SICM's ``show-expression`` shows it.
+"""The derivation of the heavy top step by step, printed as SICM's ``show-expression`` prints it.
 
-Every expression comes from `heavytop.equations`, where one follows from the other; here they are
-put in order, each with its name and a line of words, and sympy prints them.
+The expressions are those of `heavytop.equations`, where each is derived from the one before; here
+they get names and words, and are printed by sympy.
 """
 
 from __future__ import annotations
@@ -103,12 +103,13 @@ def derivation() -> tuple[Step, ...]:
 
 
 def _equations(left: str | Sequence[Any], *right: Any) -> tuple[Any, ...]:
+    """The equations of left sides, by their names or as expressions, and right sides."""
     names = sp.symbols(left, seq=True) if isinstance(left, str) else left
     return tuple(sp.Eq(*sides, evaluate=False) for sides in zip(names, right, strict=True))
 
 
 def by_moments(expression: Any) -> Any:
-    """Return a fraction, linear in A, C and gMR above the bar, gathered by each of them.
+    """Return a fraction whose numerator is linear in A, C and gMR, collected by these.
 
     Examples
     --------
@@ -132,12 +133,14 @@ def as_text(steps: Iterable[Step], width: int = 80) -> str:
 
 
 def _text(step: Step, width: int) -> str:
-    equations = "\n\n".join(_in_terminal(each, width - 2) for each in step.equations)
+    """A step as text: its name, its words and its equations."""
+    equations = "\n\n".join(_pretty_text(each, width - 2) for each in step.equations)
     indented = "\n".join(f"  {line}".rstrip() for line in equations.splitlines())
     return f"{step.name.capitalize()}\n{step.words}\n\n{indented}"
 
 
-def _in_terminal(equation: Any, width: int) -> str:
+def _pretty_text(equation: Any, width: int) -> str:
+    """An equation in two-dimensional text, with Greek letters."""
     greek = {x: sp.Symbol(GREEK.get(x.name, x.name)) for x in equation.free_symbols}
     text: str = sp.pretty(equation.xreplace(greek), use_unicode=True, num_columns=width)
     return text
@@ -149,12 +152,14 @@ def as_latex(steps: Iterable[Step]) -> str:
 
 
 def _latex(step: Step) -> str:
+    """A step in LaTeX."""
     rows = " \\\\\n".join(map(_row, step.equations))
     title = f"\\paragraph{{{step.name.capitalize()}:}} {step.words}."
     return f"{title}\n\\begin{{align*}}\n{rows}\n\\end{{align*}}"
 
 
 def _row(equation: Any) -> str:
+    """An equation as a row of LaTeX's ``align*``."""
     latex: str = sp.latex(equation, fold_func_brackets=True, symbol_names={lag.E_prime: "E'"})
     return latex.replace(" = ", " &= ")
 
@@ -164,9 +169,10 @@ def derive_document(steps: Iterable[Step]) -> dict[str, Any]:
 
     ``lhs`` and ``expression`` are in sympy's own spelling, ``latex`` is the same line in LaTeX.
     """
-    plain = [{**step._asdict(), "equations": [_plain(e) for e in step.equations]} for step in steps]
-    return {"schema": DERIVE_SCHEMA, "steps": plain}
+    rows = [{**x._asdict(), "equations": [_strings(e) for e in x.equations]} for x in steps]
+    return {"schema": DERIVE_SCHEMA, "steps": rows}
 
 
-def _plain(equation: Any) -> dict[str, str]:
+def _strings(equation: Any) -> dict[str, str]:
+    """An equation as JSON has it."""
     return {"lhs": str(equation.lhs), "expression": str(equation.rhs), "latex": _row(equation)}

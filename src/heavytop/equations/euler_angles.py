@@ -1,14 +1,14 @@
-"""The forms in Euler's angles: the textbook's, the book's subsystem, and Routh's reduction.
+"""The formulations in Euler's angles: Lagrange's equations, their subsystem, Routh's reduction.
 
-All have poles at theta = 0 and pi, and are here to be compared with. In the textbook's, phi and psi
-grow without bound in the state, which ruins the step control of an integrator that measures its
-error against the largest state. The Lagrange equations do not contain phi and psi, so theta,
-thetadot, phidot and psidot form a system of their own (SICM section 2.10). Routh's has theta alone,
-in an effective potential with p_phi and p_psi as parameters; p_phi - p_psi cos(theta) is formed as
-(p_phi - p_psi) + 2 p_psi sin^2(theta/2), which keeps its digits near the top.
+All are singular at theta = 0 and pi, and serve for comparison. Lagrange's have phi and psi as
+states, which grow without bound and spoil the step control of an integrator that measures its error
+against the largest state. The equations do not contain phi and psi, so theta, thetadot, phidot and
+psidot form a system of their own (SICM section 2.10). Routh's has theta alone, in an effective
+potential with p_phi and p_psi as parameters; p_phi - p_psi cos(theta) is computed as
+(p_phi - p_psi) + 2 p_psi sin^2(theta/2), without cancellation near the top.
 
-In the last two, phi and psi follow by quadrature. Each is carried as its deviation from a uniform
-rotation: exact for any rate of that rotation, and bounded when the rate is the mean one.
+In the last two, phi and psi follow by quadratures of their deviations from uniform rotations: exact
+for any rate of the rotation, and bounded for the mean rate.
 """
 
 from __future__ import annotations
@@ -101,12 +101,13 @@ def routh_form(variant: str | None = None) -> Formulation:
 
 
 def _without_cancellation(expression: Any) -> Any:
+    """Return an expression with p_phi - p_psi cos(theta) in the form that does not cancel."""
     split = expression.subs(lag.p_phi, p_minus + p_psi)
     return split.subs(p_minus + p_psi - p_psi * sp.cos(theta), _precise)
 
 
 def with_angles(form: Formulation) -> Formulation:
-    """Carry phi and psi, and with them the vectors in space."""
+    """Return a formulation with quadratures for phi and psi, and so with the vectors in space."""
     phi = phi_0 + phi_rate * time + phi_deviation
     psi = psi_0 + psi_rate * time + psi_deviation
     rates = (form.outputs["phidot"] - phi_rate, form.outputs["psidot"] - psi_rate)

@@ -1,8 +1,7 @@
-"""The forms in space: the axis form, and the attitude form made of it.
+"""The formulations in space: the axis form, and the attitude form, which is derived from it.
 
-The axis form has the axis e and the angular momentum l = L/A, both in space.
-
-The Euler-Poisson equations seen from space. With omega = l + (1/C - 1/A) p_psi e,
+The axis form has the axis e and the angular momentum l = L/A, both in space: the Euler-Poisson
+equations in the frame of space. With omega = l + (1/C - 1/A) p_psi e,
 
     de/dt = omega x e = l x e,
     dl/dt = torque / A = (gMR/A) (-e_y, e_x, 0),
@@ -30,8 +29,8 @@ up of moment and spin, and are regular everywhere. With alpha = q_0 + i q_3 and 
 
 so phi and psi, modulo 2 pi, are read off the quaternion.
 
-Axis, momenta and angular momentum at the start are written down, lest every process derive them
-anew: ``tests/equations/test_formulation.py`` proves them equal to those of the Lagrangian.
+Axis, momenta and angular momentum at the start are written out here, as their derivation takes
+time: ``tests/equations/test_formulation.py`` proves them equal to those of the Lagrangian.
 """
 
 from __future__ import annotations
@@ -72,7 +71,7 @@ def axis_form(variant: str | None = None) -> Formulation:
     """Return the axis formulation; ``"sigma"`` and ``"delta"`` have psi by their quadrature."""
     if variant in ("sigma", "delta"):
         return _with_psi(axis_form(), 1 if variant == "sigma" else -1)
-    if variant is not None:  # phi is there already
+    if variant is not None:  # "phi", which the axis form has already
         return axis_form()
     sine, cosine = sp.sin(lag.phi), sp.cos(lag.phi)
     across = _p_psi * _sin / lag.A - lag.phidot * _sin * _cos  # of l, from the axis to the vertical
@@ -141,12 +140,12 @@ def attitude_form(variant: str | None = None) -> Formulation:
     """Return the attitude formulation, the same whether phi and psi are wanted or not."""
     if variant is not None:
         return attitude_form()
-    seen = axis_form()
-    _, *turned = product(product(q, (0, 0, 0, 1)), (q_0, -q_1, -q_2, -q_3))
-    axis = dict(zip((e_x, e_y, e_z), map(sp.expand, turned), strict=True))
+    form = axis_form()
+    _, *e_of_q = product(product(q, (0, 0, 0, 1)), (q_0, -q_1, -q_2, -q_3))
+    axis = dict(zip((e_x, e_y, e_z), map(sp.expand, e_of_q), strict=True))
     outputs, events, invariants, reading = (
         {name: expression.xreplace(axis) for name, expression in each.items()}
-        for each in (seen.outputs, seen.events, seen.invariants, seen.reading)
+        for each in (form.outputs, form.events, form.invariants, form.reading)
     )
     alpha, beta = sp.atan2(q_3, q_0), sp.atan2(q_2, q_1)  # their arguments
     attitude = product(q, (spin[0], 0, 0, spin[1]))
@@ -156,17 +155,17 @@ def attitude_form(variant: str | None = None) -> Formulation:
         "theta": 2 * sp.atan2(sp.sqrt(q_1**2 + q_2**2), sp.sqrt(q_0**2 + q_3**2)),
         **{f"quaternion_{i}": x for i, x in enumerate(attitude)},
     }
-    torque = (rate.xreplace(axis) for rate in seen.derivatives[3:])
+    torque = (rate.xreplace(axis) for rate in form.derivatives[3:])
     return replace(
-        seen,
+        form,
         name="attitude",
         states=(*q, l_x, l_y),
         derivatives=(*product((0, l_x / 2, l_y / 2, l_z / 2), q), *torque),
-        start=(*_start(), *seen.start[3:]),
+        start=(*_start_quaternion(), *form.start[3:]),
         outputs=outputs,
         events=events,
         invariants=invariants | {"length": q_0**2 + q_1**2 + q_2**2 + q_3**2},
-        spin=seen.spin.xreplace(axis),
+        spin=form.spin.xreplace(axis),
         reading=reading,
     )
 
@@ -178,7 +177,7 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
     return (a[0] * b[0] - u.dot(v), vector[0], vector[1], vector[2])
 
 
-def _start() -> Quaternion:
+def _start_quaternion() -> Quaternion:
     """Return the quaternion of Rz(phi) Rx(theta) Rz(psi)."""
     about_z = [(sp.cos(angle / 2), 0, 0, sp.sin(angle / 2)) for angle in (lag.phi, lag.psi)]
     about_x = (sp.cos(lag.theta / 2), sp.sin(lag.theta / 2), 0, 0)

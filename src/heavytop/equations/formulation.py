@@ -1,7 +1,7 @@
-"""Formulations: ways of writing the motion as first-order equations, and what is made of them.
+"""Formulations: the motion as first-order equations, with its outputs, events and invariants.
 
-Everything in a formulation is symbolic. Numbers enter through `parameters`, so that one compiled
-integrator serves every top, and through `start`, which maps a start in Euler angles to states.
+A formulation is symbolic. Numbers enter through `parameters`, so that one compiled integrator
+serves every top, and through `start`, which maps a start in Euler angles to states.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Formulation:
     Attributes
     ----------
     name : str
-        The name users hold (``axis``, ``lagrange``).
+        The name that users give (``axis``, ``lagrange``).
     states, derivatives : tuple of sympy expressions, equal length
         The states and their time derivatives, functions of states and parameters alone.
     start : tuple of sympy expressions
@@ -51,8 +51,8 @@ class Formulation:
     spin : sympy expression
         p_psi/A, a function of states and parameters.
     reading : mapping from str to expression
-        What defines the motion through a state, as functions of states and of those parameters that
-        the derivatives have, which alone define the motion that is integrated: the axis
+        The numbers that define the motion through a state, as functions of states and of those
+        parameters that the derivatives have (these define the motion that is integrated): the axis
         ``e_x`` … and ``l_x`` …, its angular momentum divided by A, both in space, with ``g``,
         ``kappa``, ``phi_0``, ``psi_0``; or Euler's angles and their rates (for ``psidot`` also
         ``omega3``) with ``A``, ``C``, ``gMR``; or the height ``w`` of the cubic form.
@@ -86,20 +86,20 @@ class Formulation:
     def powers(self) -> Mapping[str, int]:
         """The powers of 1/s in the units of its states and constants, by the names of the symbols.
 
-        Measured in another unit of time, equations and events are the same functions of states and
-        constants: they are homogeneous in these powers. So is what the start makes of rates.
+        In another unit of time, equations and events are the same functions of states and
+        constants: they are homogeneous in these powers. So is the start as a function of rates.
         """
-        of = [*zip(self.states, self.start, strict=True), *self.parameters.items()]
-        known = {lag.A: 1.3, lag.C: 0.7, lag.theta: 0.9, lag.phi: 0.4, lag.psi: 0.3}
-        function = lambdify([x for _, x in of], (*known, *lag.VELOCITIES, lag.gMR))
+        defined = [*zip(self.states, self.start, strict=True), *self.parameters.items()]
+        fixed = {lag.A: 1.3, lag.C: 0.7, lag.theta: 0.9, lag.phi: 0.4, lag.psi: 0.3}
+        function = lambdify([x for _, x in defined], (*fixed, *lag.VELOCITIES, lag.gMR))
 
         def values(unit: float) -> list[float]:
             rates = (unit * k for k, _ in enumerate(lag.VELOCITIES, 1))
-            return list(function(*known.values(), *rates, 2.3 * unit**2))
+            return list(function(*fixed.values(), *rates, 2.3 * unit**2))
 
         powers = {symbol.name: 1 for symbol in self.given}  # rates of frames
-        for (symbol, _), one, two in zip(of, values(1.0), values(2.0), strict=True):
-            powers[symbol.name] = round(math.log2(two / one)) if one else 0  # as a quadrature is
+        for (symbol, _), one, two in zip(defined, values(1.0), values(2.0), strict=True):
+            powers[symbol.name] = round(math.log2(two / one)) if one else 0  # of a quadrature
         return powers
 
     @cached_property
@@ -128,11 +128,11 @@ class Formulation:
 
 
 def components(name: str, vector: Iterable[Any]) -> dict[str, Any]:
-    """Return the components of a vector in space as outputs are called."""
+    """Return the components of a vector in space by the names of outputs."""
     return {f"{name}_{x}": component for x, component in zip("xyz", vector, strict=True)}
 
 
-# --- what is made of a formulation ---------------------------------------------------------------
+# --- functions of a formulation ------------------------------------------------------------------
 
 
 class Invariants(NamedTuple):
@@ -142,13 +142,13 @@ class Invariants(NamedTuple):
     ----------
     states, constants : tuple of symbols
     values : tuple of expressions
-        The invariants without their terms free of the states, which would only take digits.
+        The invariants without terms that do not depend on the states, which would cost digits.
     slopes : tuple of tuples of expressions
         Their derivatives by the states: one row for each invariant.
     sizes : callable
-        The sum of |x dI/dx| over all x in an invariant I, in doubles, of the states followed by
-        the constants: what it changes by, to first order, when everything in it is rounded,
-        relative to that rounding.
+        The sum of |x dI/dx| over all x in an invariant I, in doubles, as a function of states and
+        constants: the change of I, to first order, when all x are rounded, over the relative size
+        of the rounding.
     """
 
     states: tuple[Any, ...]
@@ -213,7 +213,7 @@ def observables(
 
 
 def why_not(formulation: Formulation) -> str:
-    """Return why runs of a formulation cannot be projected, or nothing."""
+    """Return the reason why runs of a formulation cannot be projected; empty where they can."""
     if not formulation.invariants:
         return f"the {formulation.name} form has no invariant to project onto"
     if long_epsilon() > np.finfo(float).eps / 256:

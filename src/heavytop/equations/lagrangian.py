@@ -1,13 +1,10 @@
-"""The Lagrangian of the axisymmetric heavy top, built from the ground (SICM section 2.10).
+"""The Lagrangian of the axisymmetric heavy top, derived from the rotation matrix (SICM 2.10).
 
-Rotation matrix, body angular velocity, kinetic and potential energy, Lagrange equations, momenta
-and energy: every line follows from the one before by differentiation and the identity
-cos^2 + sin^2 = 1. Then p_phi and p_psi, which are constants, are put in place of the velocities
-they belong to: Routhian, effective potential and cubic (equation 2.66; Whittaker section 71).
-
-Coordinates and velocities are plain symbols, and time derivatives are taken by the chain rule;
-that keeps each expression a polynomial in sines and cosines, whose normal form costs milliseconds
-where a general ``simplify`` costs seconds.
+Rotation matrix, body angular velocity, energies, Lagrange equations, momenta: each follows from the
+one before by differentiation and cos^2 + sin^2 = 1. Then the constants p_phi and p_psi replace
+velocities: Routhian, effective potential and cubic (equation 2.66; Whittaker section 71).
+Coordinates and velocities are plain symbols, time derivatives are taken by the chain rule: so each
+expression is a polynomial in sines and cosines, with a fast normal form (`simplify` is slow).
 """
 
 from __future__ import annotations
@@ -79,11 +76,11 @@ def kinetic_energy() -> Any:
 
 @cache
 def potential_energy() -> Any:
-    """Return V, the sum of m g z over the constituents, with its centre-of-mass sum removed.
+    """Return V, the sum of m g z over the constituents, without terms that cancel in it.
 
-    Constituent i, of mass m_i, sits at R_cm z + xi_i in the body. In the sum over i the part
-    linear in xi_i vanishes, by the definition of the centre of mass; the other part has the
-    same height for every constituent, and the sum of m_i is M. What is left is gMR cos(theta).
+    Constituent i, of mass m_i, is at R_cm z + xi_i in the body. In the sum over i the terms linear
+    in xi_i vanish, by the definition of the centre of mass; the other terms have the same height
+    for every constituent, and the sum of m_i is M. The result is gMR cos(theta).
     """
     m, g, M, R_cm = sp.symbols("m_i g M R_cm", positive=True)
     xi = sp.Matrix(sp.symbols("xi_1 xi_2 xi_3", real=True))
@@ -178,7 +175,7 @@ def cubic() -> Any:
 
 
 def _book_form(derived: Any, book: Any) -> Any:
-    """Return what was derived as the book writes it, which is shown to be the same."""
+    """Return the book's form of a derived expression; ArithmeticError where they differ."""
     numerator, _ = sp.fraction(sp.together(derived - book))
     if normal_form(numerator) != 0:
         raise ArithmeticError(f"{book} is not {derived}")

@@ -1,8 +1,8 @@
-"""From symbols to anything that computes: heyoka, numpy, MPFR, Python's floats, exact numbers.
+"""Symbolic expressions as functions in any arithmetic: heyoka, numpy, MPFR, floats, exact numbers.
 
-Expressions are written as Python code. An arithmetic is given by how it makes a number of an
-integer, p/q being the quotient of two of them, and by its functions. So 1/3 has all the digits of
-whatever computes with it.
+Expressions are written as Python code. An arithmetic is a function from integers to its numbers,
+p/q being the quotient of two of these, and its functions such as cos. So 1/3 has all the digits of
+the arithmetic.
 """
 
 from __future__ import annotations
@@ -39,8 +39,7 @@ def lambdify(
 ) -> Callable[..., Any]:
     """Return a function of numbers of one type, which computes in that type alone.
 
-    What it returns is a list or a tuple as the expressions are. In sympy's own `lambdify` 1/3 is a
-    double.
+    It returns a list or a tuple, as the expressions are. (In sympy's `lambdify` 1/3 is a double.)
 
     Parameters
     ----------
@@ -49,17 +48,17 @@ def lambdify(
     number : callable
         From an integer to a number of the type.
     functions : mapping from str to callable
-        What ``sin``, ``cos``, ``sqrt``, ``atan2``, ``Abs`` mean there, of those that occur.
-        Together with `number`, those of arrays of doubles unless others are given.
+        The functions ``sin``, ``cos``, ``sqrt``, ``atan2``, ``Abs`` of the arithmetic, of those
+        that occur; `number` and `functions` are by default those of arrays of doubles.
     ordered : bool
-        Whether sums and products are taken as sympy prints them, which the bounds of rounded
-        outputs rely on; if not, what is subtracted is so last.
+        Whether sums and products are evaluated in the order in which sympy prints them, on which
+        the bounds of rounded outputs rely; if not, subtractions come last.
 
     Raises
     ------
     WrongType
-        An expression has a symbol that is no argument, or a function or number that the arithmetic
-        has not.
+        An expression has a symbol that is no argument, or a function or number that is not in the
+        arithmetic.
 
     Examples
     --------
@@ -76,7 +75,7 @@ def lambdify(
         writer.count(sp.sympify(expression))
     returned = writer.write(expressions)
     lines = [f"def function({', '.join(names)}):", *writer.lines, f"return {returned}"]
-    exec(compile("\n ".join(lines), "<expressions>", "exec"), writer.known)  # no texts of others
+    exec(compile("\n ".join(lines), "<expressions>", "exec"), writer.known)  # own code alone
     function: Callable[..., Any] = writer.known["function"]
     return function
 
@@ -84,9 +83,9 @@ def lambdify(
 def evaluate(
     expressions: Sequence[Any], named: Mapping[str, Any], number: OfInteger, functions: Functions
 ) -> list[Any]:
-    """Return what expressions become when numbers, or expressions of others, stand for symbols.
+    """Return the values of expressions, where symbols are replaced by numbers or expressions.
 
-    `named` has those by the names of the symbols; `number` and `functions` are as in `lambdify`.
+    `named` has these by the names of the symbols; `number` and `functions` are as in `lambdify`.
 
     Raises
     ------
@@ -105,7 +104,7 @@ def evaluate(
 
 @dataclass
 class _Writer:
-    """Python code of expressions, in which what is used twice is a line of its own."""
+    """Python code of expressions, with a line for each part that is used more than once."""
 
     names: Sequence[str]
     number: OfInteger
@@ -157,7 +156,8 @@ class _Writer:
         raise WrongType(f"{node} is not what can be computed here")
 
     def _sum(self, node: Any) -> tuple[str, Sequence[Any]]:
-        # Differences, not sums of negated terms: each negation is one more series to propagate
+        """Return the code of a sum."""
+        # Differences, not sums of negated terms: each negation is one more Taylor series
         negative = {term: term.could_extract_minus_sign() for term in node.args}
         last = sorted(node.args, key=negative.__getitem__)
         first, *others = node.as_ordered_terms() if self.ordered else last
@@ -165,9 +165,10 @@ class _Writer:
         return f"({{}}{signs})", [first, *(-x if negative[x] else x for x in others)]
 
     def _product(self, node: Any) -> tuple[str, Sequence[Any]]:
+        """Return the code of a product or a quotient."""
         if node.could_extract_minus_sign():
             return "(-{})", [-node]
-        # Reciprocals are gathered into one true division: x * (1/y) would round twice.
+        # Reciprocals are collected into one division: x * (1/y) would round twice.
         factors = node.as_ordered_factors() if self.ordered else node.args
         below = [x for x in factors if _is_power(x) and x.exp.p < 0]
         above = [x for x in factors if x not in below] or [sp.Integer(1)]
@@ -177,6 +178,7 @@ class _Writer:
 
 
 def _power(node: Any) -> tuple[str, Sequence[Any]]:
+    """Return the code of a power by a whole or half number."""
     p, q = node.exp.p, node.exp.q
     if p < 0:
         return "({} / {})", [sp.Integer(1), 1 / node]
@@ -202,7 +204,7 @@ class Rounded:
     """Expressions as functions of exact numbers, each value rounded once to the nearest double.
 
     They are evaluated in balls of 128 bits. Where the two ends of a ball are not rounded to the
-    same double, as where a value is zero by an identity, exact numbers decide.
+    same double, for example where a value is zero by an identity, exact numbers decide.
 
     Parameters
     ----------

@@ -1,12 +1,10 @@
-"""The cubic form: u = cos(theta) in the potential of a cubic, from the pole it comes nearer to.
+"""The cubic formulation: u = cos(theta) in the potential of a cubic, measured from the nearer pole.
 
-udot^2 = f(u) is a cubic, so uddot = f'(u)/2 is quadratic: the cheapest right-hand side of all,
-and regular at the poles. theta near a pole would lose half its digits through u; so the state is
-the height w = 1 - u from the top, or w = 1 + u from the bottom, and the coefficients are formed
-from the distances to that pole: E' -+ gMR and p_phi -+ p_psi.
-
-The coefficients are parameters, each rounded once. Put together in the loop from g, n and P they
-would be rounded alike at every step, and the motion be that of another top than the invariant's.
+udot^2 = f(u) is a cubic, so uddot = f'(u)/2 is quadratic: the cheapest right-hand side, regular at
+the poles. As theta near a pole would lose half its digits through u, the state is the height
+w = 1 - u from the top, or w = 1 + u from the bottom, and the coefficients are those of distances to
+that pole: E' -+ gMR and p_phi -+ p_psi. They are parameters, each rounded once: computed from g, n
+and P in each step they would have the same rounding error each time, which is another top.
 """
 
 from __future__ import annotations
@@ -29,7 +27,7 @@ def cubic_form(variant: str | None = None) -> Formulation:
     """Return the formulation in the height from the ``"bottom"``, or else from the top."""
     side = -1 if variant == "bottom" else 1
     u = side * (1 - w)
-    sine = sp.sqrt(sp.Abs(w * (2 - w)))  # rounding may carry w past a pole by an ulp
+    sine = sp.sqrt(sp.Abs(w * (2 - w)))  # by rounding w may be an ulp beyond a pole
     phidot = (P + side * n * w) / (w * (2 - w))
     read = (w, wdot, k_0, k_1, k_2, P, n, omega3)
     wdot_squared = 2 * sp.integrate(k_0 + k_1 * w + k_2 * w**2, w) - P**2
@@ -60,6 +58,7 @@ def height_cubic(side: int) -> Any:
 
 
 def _parameters(side: int) -> dict[Any, Any]:
+    """The constants as functions of A, C, gMR and the start."""
     _, p_phi, p_psi = lag.momenta()
     reduced = lag.energy() / lag.A - p_psi**2 / (2 * lag.A * lag.C)
     values = {g: lag.gMR / lag.A, n: p_psi / lag.A, P: (p_phi - side * p_psi) / lag.A}

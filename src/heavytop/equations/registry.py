@@ -1,7 +1,7 @@
-"""The table of formulations: it is read without sympy, and without deriving any of them.
+"""The table of formulations, which is read without sympy, and without deriving any of them.
 
-A new formulation is an entry here and a module beside this one, whose function builds it. One
-that does not start at a pole has no `limits`.
+A new formulation is an entry here and a function that builds it, in a module beside this one. A
+formulation that cannot start at a pole has no `limits`.
 """
 
 from __future__ import annotations
@@ -20,28 +20,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class FormulationEntry:
-    """A formulation's line in the table, which can be read without deriving any of them.
+    """A row of the table of formulations.
 
     Attributes
     ----------
     builder : str
         The function that derives it from a variant, as ``module.name``.
     variants : tuple of (str or None)
-        What the builder accepts, of the words that a plan knows: None; ``angles``, both angles by
-        quadratures with the two `rates`, or read off the states; ``phi``, and with psi by one
-        quadrature ``sigma`` or ``delta``; ``top`` and ``bottom``, where heights are measured from.
+        The arguments of the builder: None; ``angles``, both angles by quadratures with the two
+        `rates`, or read off the states; ``phi``, and with psi by one quadrature ``sigma`` or
+        ``delta``; ``top`` and ``bottom``, the pole that heights are measured from.
     gives : Need
         How much of a motion it can follow.
     states : int
-        How many it has without phi and psi.
+        The number of its states without phi and psi.
     us : float
         The time of a nutation period without events or samples [µs].
     rates : tuple of str
-        Of uniform rotations from which its quadratures of angles are freed, by their symbols.
+        The symbols of the rates of uniform rotations that are subtracted from its angles.
     grows : bool
-        Whether phi and psi are states, which grow.
+        Whether phi and psi, which grow, are states.
     point_mass : bool
-        Whether it has C = 0.
+        Whether C may be 0.
     starts_at_pole : bool
         Whether a start with theta = 0 or pi is an ordinary one.
     """

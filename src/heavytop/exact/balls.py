@@ -1,6 +1,6 @@
-"""Balls: working precision, exact numbers as balls, and `Interval`, which has one in decimals.
+"""Balls: working precision, exact numbers as balls, and `Interval`, a ball in decimals.
 
-Balls are those of python-flint (Arb): a middle and a radius that takes up every rounding error.
+Balls are those of python-flint (Arb): a middle and a radius that includes every rounding error.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from heavytop.errors import Impossible
 from heavytop.exact.number import Exact, rational, rational_value
 
 _LOCK: Final = RLock()  # flint keeps one working precision for the whole process
-_TINY: Final = arb(2) ** -(1 << 16)  # what is smaller is not worth its bits
-_PLACES: Final = 60  # decimals shown of a number that is known exactly
+_TINY: Final = arb(2) ** -(1 << 16)  # smaller middles and radii are rounded up to it
+_PLACES: Final = 60  # decimals of an exact number in a text
 
 
 class working:
-    """A working precision in bits, this thread's alone while the block runs.
+    """A working precision in bits for a ``with`` block, during which no other thread has one.
 
-    Blocks may be nested; each puts back the precision it found. Whatever computes with balls
-    belongs inside one: outside, another thread may change the precision between two operations.
+    Blocks may be nested; each restores the precision before it. All computing with balls belongs in
+    such a block: outside, another thread may change the precision between two operations.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class working:
     def __enter__(self) -> None:
         with _LOCK:
             self._before, ctx.prec = ctx.prec, self._bits
-            _LOCK.acquire()  # once more, until the block ends
+            _LOCK.acquire()  # a second time, until the block ends
 
     def __exit__(self, *raised: object) -> None:
         ctx.prec = self._before
@@ -68,11 +68,11 @@ def rational_ball(q: Fraction | fmpq) -> arb:
 
 
 def fmpq_of(value: Any) -> fmpq:
-    """Return a rational number of any kind and size: unlike a scene's, a run's may be nearly 0."""
+    """Return a rational number of any type and size; numbers of runs may be smaller than 1e-300."""
     if type(value) is fmpq:
         return value
     if type(value) is float and math.isfinite(value):
-        return fmpq(*value.as_integer_ratio())  # at once: a run has many
+        return fmpq(*value.as_integer_ratio())  # the usual case, fast
     q = rational_value(value)
     return fmpq(q.numerator, q.denominator)
 
@@ -83,7 +83,7 @@ def exact_of(q: fmpq | Fraction) -> Exact:
 
 
 def ball_of(x: Exact, known: dict[Exact, arb] | None = None) -> arb:
-    """Return a ball that holds x, each part computed once; not finite where a divisor's holds 0."""
+    """Return a ball of x, each part computed once; not finite where a divisor's ball contains 0."""
     if x.op == "rational":
         return rational_ball(x.args[0])
     known = {} if known is None else known
@@ -99,8 +99,9 @@ def ball_of(x: Exact, known: dict[Exact, arb] | None = None) -> arb:
 
 
 def _power(base: arb, exponent: Fraction) -> arb:
+    """A ball to an exponent; the number in it is not negative where a root is taken."""
     n, k = exponent.numerator, exponent.denominator
-    if k > 1:  # what lies below zero is only width
+    if k > 1:  # the number is not in the negative part of the ball
         base = base.root(k) if base > 0 else arb(0).union(base.upper().nonnegative_part().root(k))
     if n > 0 and base.contains(0):  # flint's power of such a ball is not finite
         return math.prod([base] * n, start=arb(1))
@@ -112,7 +113,7 @@ def _power(base: arb, exponent: Fraction) -> arb:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Interval:
-    """The numbers from middle − spread to middle + spread, one of which is meant.
+    """The numbers from middle − spread to middle + spread, which contain the true one.
 
     Parameters
     ----------
@@ -133,12 +134,12 @@ class Interval:
 
     @classmethod
     def of(cls, ball: arb) -> Interval:
-        """The value of a finite ball of python-flint; nothing is lost but digits below 2⁻⁶⁵⁵³⁶.
+        """The interval of a finite ball of python-flint, exact but for digits below 2⁻⁶⁵⁵³⁶.
 
         Parameters
         ----------
         ball : flint.arb
-            Such as `Exact.ball` gives.
+            A ball such as one of `Exact.ball`.
 
         Raises
         ------
@@ -160,12 +161,12 @@ class Interval:
 
     @property
     def lower(self) -> float:
-        """The largest double that no number of the interval is less than."""
+        """The largest double that is not above any number of the interval."""
         return outward(self.middle - self.spread, -1)
 
     @property
     def upper(self) -> float:
-        """The smallest double that no number of the interval is greater than."""
+        """The smallest double that is not below any number of the interval."""
         return outward(self.middle + self.spread, 1)
 
     @property
@@ -179,19 +180,19 @@ class Interval:
         Parameters
         ----------
         digits : int
-            How many, at least 1.
+            Their number, at least 1.
         """
         ends = (self.middle - self.spread, ROUND_FLOOR), (self.middle + self.spread, ROUND_CEILING)
         low, high = (str(_decimal(end, digits, way)).replace("E", "e") for end, way in ends)
         return low, high
 
     def rounded(self, digits: int) -> str:
-        """A decimal number that no number of the interval is off by more than its last digit.
+        """A decimal number within one unit of its last digit of every number of the interval.
 
         Parameters
         ----------
         digits : int
-            How many: in front of the point and behind it, or behind it alone where that is a 0.
+            Digits before and after the decimal point; of a number below 1 those after it.
 
         Raises
         ------
@@ -230,7 +231,7 @@ class Interval:
         return abs(rational_value(value) - self.middle) <= self.spread
 
     def __str__(self) -> str:
-        """The digits that are known, without zeros at the end, and a radius, rounded outward."""
+        """The known digits, without zeros at the end, and a radius, rounded outward."""
         unit = Fraction(10) ** -int(_places(2 * self.spread) if self.spread else _PLACES)
         shown = round(self.middle / unit) * unit
         digits = 1 + max(0, -int(_places(abs(shown / unit) or Fraction(1))))
@@ -245,7 +246,7 @@ class Interval:
 
 
 def bound_of(ball: arb) -> tuple[str, float]:
-    """Two digits of a number that no number of a ball exceeds in size, and a double that is one."""
+    """An upper bound of the size of the numbers of a ball, as a text of two digits and a double."""
     if not ball.is_finite():
         return "infinity", math.inf
     size = Interval.of(abs(ball))
@@ -253,7 +254,7 @@ def bound_of(ball: arb) -> tuple[str, float]:
 
 
 def outward(q: Fraction, way: int) -> float:
-    """Return the nearest double that is not on the wrong side of q."""
+    """Return the nearest double that is not below q (`way` 1), or not above it (−1)."""
     near = _double(q)
     wrong = near < q if way > 0 else near > q
     return math.nextafter(near, way * math.inf) if wrong else near
@@ -274,6 +275,7 @@ def _decimal(q: Fraction, digits: int, way: str) -> Decimal:
 
 
 def _double(q: Fraction) -> float:
+    """The nearest double, ±∞ beyond the largest one."""
     try:
         return float(q)
     except OverflowError:

@@ -1,4 +1,4 @@
-"""Numbers at a stated number of digits or bits: mpmath contexts, and what is evaluated there."""
+"""Numbers of any precision: mpmath contexts by digits, and the bits of the numbers of runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mpmath.libmp import from_man_exp
 from heavytop.exact.number import Exact, rational_value
 
 Context: TypeAlias = Any
-"""An mpmath context of its own precision (mpmath has no types)."""
+"""An mpmath context with its own precision (mpmath has no types)."""
 
 Number: TypeAlias = Any
 """A real number of such a context (an ``mpf``)."""
@@ -36,7 +36,7 @@ def context(dps: int) -> Context:
     own = _Context()
     own.dps = dps
     own.mpf.__reduce__ = own.constant.__reduce__ = lambda value: (_unpickle, (dps, value._mpf_))
-    own.mpf.__format__ = _formatted  # mpmath has none before 1.4
+    own.mpf.__format__ = _format_number  # mpmath has none before 1.4
     return own
 
 
@@ -52,8 +52,8 @@ def _unpickle(dps: int, parts: tuple[int, ...]) -> Number:
     return context(dps).make_mpf(parts)
 
 
-def _formatted(value: Number, spec: str) -> str:
-    """A number as an f-string asks for it, with as many of its digits as that shows."""
+def _format_number(value: Number, spec: str) -> str:
+    """The text of a number in an f-string, with more digits than a double has."""
     if not spec:
         return str(value)
     return format(Decimal(value.context.nstr(value, value.context.dps + 3)), spec)
@@ -65,7 +65,7 @@ def number(ctx: Context, value: Any) -> Number:
     Parameters
     ----------
     ctx : Context
-        Where the number shall live.
+        The context of the result.
     value : object
         Anything with a method ``mpf(ctx)``, a number of another context, int, float, Fraction,
         Decimal, or text that `Exact.of` reads. A float means its binary value.
@@ -73,14 +73,14 @@ def number(ctx: Context, value: Any) -> Number:
     Raises
     ------
     NotANumber
-        When the value is none of these, or not finite.
+        The value is none of these, or not finite.
 
     Examples
     --------
     >>> number(context(20), "1/3")
     mpf('0.33333333333333333333347')
     """
-    if isinstance(value, str | Decimal):  # which may have an exponent without end
+    if isinstance(value, str | Decimal):  # its exponent may be too large
         value = Exact.of(value)
     if hasattr(value, "mpf"):
         value = value.mpf(ctx)
@@ -95,7 +95,7 @@ def binary(ctx: Context, man: Any, exp: Any) -> Number:
     return ctx.make_mpf(from_man_exp(int(man), int(exp), ctx.prec, "n"))
 
 
-# --- how many bits and digits the numbers of a run have ------------------------------------------
+# --- the bits and the digits of the numbers of a run ---------------------------------------------
 
 
 DOUBLE: Final = 53
@@ -115,7 +115,7 @@ def digits_of(bits: int) -> int:
 
 
 def least_bits(needed: float) -> int:
-    """Return the bits of the least kind of number that has at least so many.
+    """Return the bits of the smallest type of number, double or MPFR, with at least so many.
 
     Examples
     --------
@@ -131,7 +131,7 @@ def precision(x: Any) -> int:
 
 
 def named(bits: int) -> str:
-    """Return what numbers of so many bits are called.
+    """Return the name of numbers with so many bits.
 
     Examples
     --------
@@ -142,7 +142,7 @@ def named(bits: int) -> str:
 
 
 def bits_of(name: str) -> int:
-    """Return the bits of the numbers that `named` calls so.
+    """Return the bits of numbers by their name, the inverse of `named`.
 
     Examples
     --------

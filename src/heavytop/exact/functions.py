@@ -9,10 +9,10 @@ from typing import Final
 from heavytop.errors import NotANumber
 from heavytop.exact.number import ONE, PI, ZERO, Exact, Number, split
 
-_MAX_ARC_MULTIPLE: Final = 16  # of an arc whose cosine is algebraic
+_MAX_ARC_MULTIPLE: Final = 16  # multiples of an arc whose cosine is written as algebraic
 
 _COSINES: Final = {Fraction(k, 12): n for k, n in ((0, 4), (2, 3), (3, 2), (4, 1), (6, 0))}
-"""n by q where cos πq = √n / 2."""
+"""n by q, where cos πq = √n / 2."""
 
 
 def sqrt(x: Number) -> Exact:
@@ -86,7 +86,7 @@ def atan(x: Number) -> Exact:
 
 
 def _circle_point(x: Exact) -> tuple[Exact, Exact]:
-    """Return cos x and sin x, of a sum by those of its terms."""
+    """Return cos x and sin x; of a sum by the cosines and sines of its terms."""
     times, angle = split(x)
     arc = angle.op in ("acos", "atan")
     if x.op == "+" or (arc and 1 < times <= _MAX_ARC_MULTIPLE):
@@ -107,7 +107,7 @@ def _circle_point(x: Exact) -> tuple[Exact, Exact]:
 
 @lru_cache(64)
 def _cos_pi(q: Fraction) -> Exact:
-    """Return cos πq, the angle brought to the first quadrant."""
+    """Return cos πq, by an angle in the first quadrant."""
     q = abs((q + 1) % 2 - 1)
     if 2 * q > 1:
         return -_cos_pi(1 - q)
@@ -117,4 +117,4 @@ def _cos_pi(q: Fraction) -> Exact:
 
 
 FUNCTIONS: Final = {each.__name__: each for each in (sqrt, cos, sin, tan, acos, asin, atan)}
-"""What a text may call, by name."""
+"""The functions that a text may call, by name."""

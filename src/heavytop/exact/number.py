@@ -1,6 +1,6 @@
-"""Exact, the exact real number: a rational, or a tree of operations on others.
+"""Exact, the exact real number: a rational, or a tree of operations on other exact numbers.
 
-Rationals fold, and a product has one rational factor, in front; little else is simplified.
+Rationals are combined, and a product has one rational factor, in front; little else is simplified.
 The sign is decided in `heavytop.exact.zero`, the value in `heavytop.exact.balls`.
 """
 
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, Type
 from heavytop.errors import NotANumber
 from heavytop.text import with_article
 
-if TYPE_CHECKING:  # slow to import, and needed for irrational numbers only
+if TYPE_CHECKING:  # flint is slow to import, and irrational numbers alone need it
     from flint import arb
 
 T = TypeVar("T")
@@ -26,7 +26,7 @@ Number: TypeAlias = "int | float | str | Fraction | Decimal | Exact"
 
 MAX_DECIMAL_EXPONENT: Final = 400
 _LARGEST: Final = 10**300
-_EXTRA_BITS: Final = (32, 128, 512, 2048)  # working precision beyond what is asked for
+_EXTRA_BITS: Final = (32, 128, 512, 2048)  # of working precision beyond that of the result
 _SMALL_PRIMES: Final = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47)
 
 
@@ -34,8 +34,8 @@ _SMALL_PRIMES: Final = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47)
 class Exact:
     """An exact real number, immutable and hashable; made by `Exact.of`, `PI` and functions.
 
-    Two of them are equal when their trees are: equal numbers that are merely *different to look at*
-    may compare unequal, so ask for the sign of the difference where that matters.
+    ``==`` compares trees: equal numbers with different trees compare unequal. Where that matters,
+    take the sign of the difference.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class Exact:
     args : tuple
         A Fraction; nothing; two numbers; a base and its exponent, a Fraction; or the argument.
     text : str, optional
-        What it was read from.
+        The text it was read from.
 
     Examples
     --------
@@ -59,11 +59,11 @@ class Exact:
     text: str | None = None
     _hash: int | None = field(default=None, init=False)
 
-    __array_ufunc__: ClassVar[None] = None  # numpy scalars leave the arithmetic to us
+    __array_ufunc__: ClassVar[None] = None  # so that numpy scalars leave arithmetic to this class
 
     @staticmethod
     def of(x: Number, units: Collection[str] | None = None) -> Exact:
-        """The exact number `x`: floats mean their binary value, texts what they say.
+        """The exact number of `x`: floats mean their binary value, texts are expressions.
 
         Parameters
         ----------
@@ -87,9 +87,9 @@ class Exact:
         if isinstance(x, Exact):
             return x
         if (isinstance(x, float) or type(x) is int) and (x == 0 or 1e-300 < abs(x) < 1e300):
-            return rational(Fraction(x))  # at once, as most are
+            return rational(Fraction(x))  # most numbers, without the checks below
         if isinstance(x, str):
-            from heavytop.exact import parse  # which makes its numbers with what stands here
+            from heavytop.exact import parse  # imports this module
 
             value = parse.read(x, parse.UNITS if units is None else units)
             return Exact(value.op, value.args, " ".join(x.split()))
@@ -126,7 +126,7 @@ class Exact:
         found = [part for factor in factors.values() for part in _parts("*", factor)]
         q *= math.prod(part.args[0] for part in found if part.op == "rational")
         rest = tuple(part for part in found if part.op != "rational")
-        if len({*rest}) < len(rest):  # a root of a power came out as a power that was there
+        if len({*rest}) < len(rest):  # a simplified power equals another factor: multiply again
             return math.prod(rest, start=rational(q))
         return _multiply(Exact("*", rest) if len(rest) > 1 else rest[0] if rest else ONE, q)
 
@@ -174,9 +174,9 @@ class Exact:
         return Exact, (self.op, self.args, self.text)  # hashes of texts differ between processes
 
     def sign(self) -> Sign | None:
-        """−1, 0 or 1, or None where it is undecided.
+        """The sign, −1, 0 or 1, or None where it is undecided.
 
-        Algebraic numbers are decided by a bound on how near to zero they can come, others by 4096
+        The sign of an algebraic number is decided by a separation bound, that of others by 4096
         bits or by an identity, within limits on the size of the expression.
 
         Examples
@@ -192,12 +192,12 @@ class Exact:
         return sign_of(self)
 
     def ball(self, bits: int) -> arb:
-        """A ball that holds the number, evaluated once at `bits` of working precision.
+        """A ball that contains the number, evaluated once at `bits` of working precision.
 
-        A rational comes out within an ulp of that precision. Otherwise no width is promised: it
-        grows with every operation and where terms cancel, and where a divisor's own ball holds
-        zero the result is indeterminate (``is_finite()`` is false): ask at more bits. Go on to
-        compute inside `heavytop.exact.balls.working`.
+        The ball of a rational has the width of an ulp of that precision. Other balls may be wider:
+        the width grows with every operation and where terms cancel, and where the ball of a divisor
+        contains 0 the result is not finite (``is_finite()`` is false), and takes more bits. Compute
+        with balls inside `heavytop.exact.balls.working`.
 
         Parameters
         ----------
@@ -228,12 +228,12 @@ class Exact:
     def mpf(self, ctx: Any) -> Any:
         """The number in the mpmath context `ctx`, correctly rounded to its precision.
 
-        A number that 2000 bits beyond that precision cannot tell from zero comes out as zero.
+        A number that 2048 bits beyond that precision do not separate from 0 becomes 0.
 
         Parameters
         ----------
         ctx : mpmath context
-            Such as ``mpmath.mp``; its precision is that of the result.
+            A context such as ``mpmath.mp``; its precision is that of the result.
         """
         if (q := self.fraction) is not None:
             return ctx.fdiv(q.numerator, q.denominator)
@@ -257,7 +257,7 @@ class Exact:
         return value
 
     def _nearest(self, precision: int, rounded: Callable[[arb], T]) -> T:
-        """The value on which both ends of a ball agree once each is rounded."""
+        """The number rounded: both ends of a ball have to be rounded to the same value."""
         from flint import arb
 
         from heavytop.exact.balls import ball_of, working
@@ -266,15 +266,15 @@ class Exact:
             with working(precision + extra):
                 ball = ball_of(self)
                 if ball.is_finite() and rounded(ball.lower()) == rounded(ball.upper()):
-                    return rounded(ball.upper())  # not −0 where the ball holds 0
-        apart = ball.is_finite() and not ball.contains(0)
-        return rounded(ball.mid() if apart else arb(0))  # a tie, or zero that is not proved
+                    return rounded(ball.upper())  # not −0 where the ball contains 0
+        separated = ball.is_finite() and not ball.contains(0)
+        return rounded(ball.mid() if separated else arb(0))  # a tie, or an unproved 0
 
     def __str__(self) -> str:
         """The text it was read from, or one that `Exact.of` reads back to the same number."""
         if self.text is not None:
             return self.text
-        from heavytop.exact import parse  # which makes its numbers with what stands here
+        from heavytop.exact import parse  # imports this module
 
         return parse.text_of(self)
 
@@ -286,7 +286,7 @@ class Exact:
 
 
 def rational(q: Fraction) -> Exact:
-    """The number q, of any size."""
+    """The rational number q, of any size."""
     return Exact("rational", (q,))
 
 
@@ -297,16 +297,17 @@ PI: Final = Exact("pi", ())
 
 
 def _parts(op: str, x: Exact) -> tuple[Exact, ...]:
-    """The terms of a sum or the factors of a product; of another number itself."""
+    """The terms of a sum or the factors of a product; any other number is its only part."""
     return x.args if x.op == op else (x,)
 
 
 def _base_of(factor: Exact) -> tuple[Exact, Fraction]:
+    """The base and the exponent of a factor."""
     return factor.args if factor.op == "^" else (factor, _ONE)
 
 
 def split(x: Exact) -> tuple[Fraction, Exact]:
-    """Write x as a rational times what has no rational factor; a rational is times 1."""
+    """Return q and y with x = q y, where y has no rational factor; y = 1 of a rational x."""
     if x.op == "rational":
         return x.args[0], ONE
     if x.op == "*" and x.args[0].op == "rational":
@@ -324,7 +325,7 @@ def _multiply(x: Exact, q: Fraction) -> Exact:
 
 
 def _power(x: Exact, exponent: Fraction) -> Exact:
-    """Return x to the exponent; rational factors and powers of π are taken out of a root."""
+    """Return x to the exponent, with rational factors and powers of π outside of a root."""
     integer = exponent.denominator == 1
     if exponent < 0 or not integer:
         sign = x.sign()
@@ -355,7 +356,7 @@ def _positive(factor: Exact) -> bool:
 
 
 def _root(q: Fraction, exponent: Fraction) -> Exact:
-    """Return q > 0 to an exponent between 0 and 1, the radicand an integer without small powers."""
+    """Return q > 0 to an exponent between 0 and 1; the radicand is an integer without small powers."""
     from flint import fmpz
 
     k = exponent.denominator
@@ -373,7 +374,7 @@ def _root(q: Fraction, exponent: Fraction) -> Exact:
 
 
 def _operand(x: Any) -> Exact:
-    """An operand of the arithmetic; texts are refused here, they must be read on purpose."""
+    """An operand of the arithmetic as an exact number; texts are refused: `Exact.of` reads them."""
     if isinstance(x, Exact):
         return x
     if not isinstance(x, (numbers.Real, Decimal)):
@@ -382,7 +383,7 @@ def _operand(x: Any) -> Exact:
 
 
 def rational_value(x: Any) -> Fraction:
-    """The value of a rational number of any kind, finite and of any size."""
+    """The value of a rational number of any type, of any size; `NotANumber` of anything else."""
     if isinstance(x, Exact):
         x = x.fraction
     if type(x) is Fraction:
@@ -404,7 +405,7 @@ def rational_value(x: Any) -> Fraction:
 
 
 def in_range(q: Fraction) -> Exact:
-    """The number q, which has to be 0 or within 1e-300 … 1e300."""
+    """The number q; `NotANumber` where it is neither 0 nor within 1e-300 … 1e300."""
     if q and not q.denominator <= abs(q.numerator) * _LARGEST <= q.denominator * _LARGEST**2:
         raise out_of_range()
     return rational(q)

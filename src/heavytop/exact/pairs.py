@@ -1,8 +1,8 @@
-"""Sums of two doubles that carry twice the digits, and angles reduced without loss.
+"""Double-doubles: sums of two doubles with twice the digits; and angles reduced without loss.
 
-A sum or a product of two doubles and its rounding error are both doubles (Knuth; Dekker 1971,
-*Numer. Math.* 18, 224-242), so that sums of many lose next to nothing (Ogita, Rump & Oishi 2005,
-*SIAM J. Sci. Comput.* 26, 1955-1988).
+The rounding error of a sum or a product of two doubles is a double too (Knuth; Dekker 1971, *Numer.
+Math.* 18, 224-242), so that long sums lose almost nothing (Ogita, Rump & Oishi 2005, *SIAM J. Sci.
+Comput.* 26, 1955-1988).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from flint import arb
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
-Words: TypeAlias = tuple[Array, Array]  # as many double-doubles
+Words: TypeAlias = tuple[Array, Array]  # arrays of high and low words
 Doubles = TypeVar("Doubles", float, NDArray[np.float64])
 DoubleDouble = tuple[float, float]
 
@@ -76,18 +76,18 @@ def double_double(x: arb) -> DoubleDouble:
 
 
 class Linear:
-    """What grows by a step at each count and at a rate with time: start + n step + t rate."""
+    """The function start + n step + t rate, with constants of double-double precision."""
 
     def __init__(self, start: arb, step: arb, rate: arb) -> None:
         self._words = double_double(start), double_double(step), double_double(rate)
 
     def __call__(self, n: Array, t: Array, t_lo: Array | float, *more: Array) -> Words:
-        """Return the value at the times t + t_lo, and more added to it, as double-doubles."""
+        """Return the value at the times t + t_lo plus further summands, as double-doubles."""
         start, step, rate = self._words
-        grown, rest = two_product(t, rate[0])
-        stepped, error = two_product(n, step[0])
+        in_time, rest = two_product(t, rate[0])
+        in_steps, error = two_product(n, step[0])
         rest = rest + error + (rate[1] * t + rate[0] * t_lo + step[1] * n + start[1])
-        return total(grown, stepped, start[0], *more, rest=rest)
+        return total(in_time, in_steps, start[0], *more, rest=rest)
 
 
 def modulo_circle(high: Array, low: Array) -> Array:
@@ -100,7 +100,7 @@ def modulo_circle(high: Array, low: Array) -> Array:
 
 
 def add_turns(angle: Array, turns: Array) -> Array:
-    """Return an angle and many turns more, rounded as if they were known exactly."""
+    """Return an angle plus many whole turns, rounded as if both were exact."""
     whole, rest = two_product(turns, _CIRCLE)
     return whole + (rest + turns * (2 * PI_REST) + angle)
 

@@ -1,7 +1,7 @@
-"""The small grammar of the numbers a scene may hold: text in, exact numbers out, and back.
+"""The grammar of numbers in scenes: from texts to exact numbers, and back.
 
-A scene is untrusted text, so nothing here evaluates Python: a tokenizer, and a descent that takes
-operators by how tightly they bind, with every size bounded before it can grow.
+A scene is untrusted text, so nothing here evaluates Python: a tokenizer and a parser by operator
+precedence, which check every size before a number can grow.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from heavytop.text import closest, nearest, printable
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
-_MAX_HEIGHT: Final = 2**16384  # of any rational,
-_MAX_POWER: Final = 64  # of an exponent and its denominator as they are written, and
-_MAX_BUILT_POWER: Final = 4096  # of what results
-_SIZE_BITS: Final = 128  # to which an irrational number is known when its size is checked
+_MAX_HEIGHT: Final = 2**16384  # of numerators and denominators
+_MAX_POWER: Final = 64  # of numerator and denominator of a written exponent
+_MAX_BUILT_POWER: Final = 4096  # of numerator and denominator of an exponent of a result
+_SIZE_BITS: Final = 128  # of precision, when the size of an irrational number is checked
 
 _THOUSANDTH: Final = Exact.of(Decimal("1e-3"))
 UNITS_OF: Final[Mapping[str, Mapping[str, Exact]]] = {
@@ -42,7 +42,7 @@ UNITS_OF: Final[Mapping[str, Mapping[str, Exact]]] = {
     "kg/m³": {"kg/m^3": ONE, "g/cm^3": ONE / _THOUSANDTH},
     "": {},
 }  # fmt: skip
-"""By a unit of SI those that may be written in its place, each as the number of it that it is."""
+"""For each unit of SI the units that may be written in its place, with their sizes in it."""
 UNITS: Final = {name: size for units in UNITS_OF.values() for name, size in units.items()}
 _IN_WORDS: Final = {
     "degrees": "deg", "grad": "deg", "radians": "rad", "turns": "rev", "hertz": "Hz",
@@ -69,7 +69,7 @@ _ASCII: Final = str.maketrans(
 
 
 class _Unexpected(Exception):
-    """A token that does not belong where it stands; an empty one is the end."""
+    """A token that is not allowed at its place; an empty one is the end of the text."""
 
 
 def read(text: str, units: Collection[str] = UNITS) -> Exact:
@@ -101,7 +101,7 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
 
 
 def of_one_unit(low: str, high: str) -> tuple[str, str]:
-    """The ends of a range: one without a unit has that of the other.
+    """The ends of a range; an end without a unit gets that of the other end.
 
     >>> of_one_unit("20 + 10", "60 rpm"), of_one_unit("1 rad", "90 deg")
     (('(20 + 10) rpm', '60 rpm'), ('1 rad', '90 deg'))
@@ -112,12 +112,12 @@ def of_one_unit(low: str, high: str) -> tuple[str, str]:
 
 
 def _times(text: str, unit: str) -> str:
-    """A text without a unit and the unit behind it, which is that of its last term alone."""
+    """A text followed by a unit, in brackets where the unit would belong to the last term alone."""
     return f"({text}) {unit}" if unit and {*text[1:]} & {*"+-"} else f"{text} {unit}".rstrip()
 
 
 def unit_hint(word: str, units: Collection[str]) -> str:
-    """A hint at the unit that is meant by a word; empty where none is near."""
+    """A hint with the unit nearest to a word; empty where none is near."""
     spelled = {unit: unit for unit in units}
     spelled |= {long: unit for long, unit in _IN_WORDS.items() if unit in units}
     return nearest(spelled.get(closest(word, spelled)), units)
@@ -133,7 +133,7 @@ def _refusal(token: str, units: Collection[str]) -> str:
 
 
 def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
-    """Take an expression off the end of `tokens`, up to an operator that binds less tightly."""
+    """Read an expression from the end of `tokens`, up to an operator of a lower precedence."""
     if depth > MAX_DEPTH:
         raise NotANumber(f"an expression nests at most {MAX_DEPTH} deep")
     token = tokens.pop()
@@ -167,15 +167,15 @@ def _power(base: Exact, exponent: Exact) -> Exact:
     return base**e
 
 
-_SIGN: Final = 3  # how tightly a sign binds
+_SIGN: Final = 3  # precedence of a sign
 _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] = {
-    "+": (1, 2, operator.add),  # how tightly it binds, and what binds in its right operand
+    "+": (1, 2, operator.add),  # its precedence, and the lowest one in its right operand
     "-": (1, 2, operator.sub),
     "*": (2, 3, operator.mul),
     "/": (2, 3, operator.truediv),
     "deg": (2, 3, operator.mul),  # within an expression, as in cos(30 deg)
-    **{f" {unit}": (2, 3, operator.mul) for unit in UNITS},  # that in which it ends
-    "^": (4, 3, _power),  # to the right first, as in Python
+    **{f" {unit}": (2, 3, operator.mul) for unit in UNITS},  # the unit at the end of the text
+    "^": (4, 3, _power),  # from right to left, as in Python
     "**": (4, 3, _power),
 }
 
@@ -184,7 +184,7 @@ _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] =
 
 
 def _check_limits(x: Exact) -> Exact:
-    """The number itself, if it is within the limits, as what it is made of is."""
+    """Return a number within the limits; raise `NotANumber` for another, or one with such a part."""
     parts = x.args if x.op in ("+", "*") else (x,)
     most = {"rational": _MAX_HEIGHT, "^": _MAX_BUILT_POWER}
     if any(part.op in most and _height(part.args[-1]) > most[part.op] for part in parts):
@@ -203,7 +203,7 @@ def _height(q: Fraction) -> int:
 
 
 def text_of(x: Exact) -> str:
-    """The text of a number that was computed."""
+    """The text of a computed number, which `read` reads back."""
     if x.op == "rational":
         return _decimal(x.args[0])
     if x.op == "+":

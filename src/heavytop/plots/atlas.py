@@ -1,4 +1,4 @@
-"""An atlas as a picture: kinds as areas, boundaries as curves, and where its scene is."""
+"""The picture of an atlas: kinds as areas, boundaries as curves, and a mark for its scene."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import scene_of
 from heavytop.studies.atlas_plane import Axis, Plane
 
-FINEST_PICTURE: Final = 1000  # pixels of the picture along an axis: of more, every so many is drawn
-BOUNDS: Final = {"cusp": "cusps", "steady": "uniform-precession"}  # the others are named as kinds
+FINEST_PICTURE: Final = 1000  # pixels along an axis: of more, every second, third, … is drawn
+BOUNDS: Final = {"cusp": "cusps", "steady": "uniform-precession"}  # others have names of kinds
 
 
 def atlas_charts(found: Atlas) -> Mapping[str, Callable[..., Axes]]:
-    """The map, where it is there."""
+    """The picture of the map, if the atlas has one."""
     return {} if found.map is None else {"map": draw_map}
 
 
@@ -93,12 +93,12 @@ def draw_map(ax: Axes, /, found: Atlas, **mesh: Any) -> Axes:
 
 
 def _unit_scale(found: Atlas, side: str) -> float:
-    """How many of the unit in which an axis is shown one of SI is."""
+    """The factor from SI to the unit in which an axis is shown."""
     return quantity_of(found.axes[side].name).shown[1]
 
 
 def _areas(kind: NDArray[np.uint8]) -> set[int]:
-    """The codes that fill a square of four pixels somewhere: others are lines and points."""
+    """The codes that fill a square of four pixels somewhere; others are lines and points."""
     corner = kind[:-1, :-1]
     same = (corner == kind[1:, :-1]) & (corner == kind[:-1, 1:]) & (corner == kind[1:, 1:])
     return set(corner[same].tolist())

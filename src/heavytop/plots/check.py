@@ -17,12 +17,12 @@ from heavytop.scene.quantities import SI, show_units
 
 
 def check_charts(_: Check) -> Mapping[str, Callable[..., Axes]]:
-    """The errors over time, and how far the data run ahead."""
+    """The pictures of a check: the errors over time, and the phase error."""
     return {"errors": checked_errors, "phase": checked_phase}
 
 
 def check_figure(found: Check) -> Figure:
-    """The errors of a check over time above conditioning; below, how far the data run ahead."""
+    """The figure of a check: its errors over time with the conditioning; below, the phase error."""
     grid = {"nrows": 2, "sharex": True, "height_ratios": (3, 2)}
     with style.sheet(literal(found.data["file"]), (7.0, 5.2), 3, **grid) as (figure, axes):
         checked_errors(axes[0, 0], found).set_xlabel("")
@@ -40,7 +40,7 @@ def checked_errors(ax: Axes, /, found: Check, **looks: Any) -> Axes:
     """
     curves = {name: np.array(x, float) for name, x in found.curves.items()}
     ax.set_yscale("log")
-    with show_units(SI):  # which are of several units, as conditioning is
+    with show_units(SI):  # errors of several units share the axis
         labels = {name: error_of(name).heading for name in CHECKED_QUANTITIES}
     for name, colour in zip(CHECKED_QUANTITIES, style.COLOURS, strict=True):
         if name in curves:

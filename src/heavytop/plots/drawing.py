@@ -38,7 +38,7 @@ def plot_picture(
 
 def _draw_in_pyplot(draw: Draw, size: Any, looks: Mapping[str, Any]) -> Axes:
     """Draw on the axes of a new figure that pyplot shows, with a legend."""
-    from matplotlib import pyplot  # nothing else here has a global state
+    from matplotlib import pyplot  # here alone: it has a global state
 
     figure = pyplot.figure(figsize=size, layout="constrained")
     try:
@@ -49,7 +49,7 @@ def _draw_in_pyplot(draw: Draw, size: Any, looks: Mapping[str, Any]) -> Axes:
 
 
 def _charts(thing: Any) -> Mapping[str, Draw]:
-    """By name what draws a thing on axes; the first is drawn where no name is given."""
+    """The functions that draw a thing on axes, by name; the first is the default."""
     if isinstance(thing, Result):
         return thing.charts()
     run = DrawnRun.of(thing)
@@ -59,7 +59,7 @@ def _charts(thing: Any) -> Mapping[str, Draw]:
 
 
 def _size(thing: Any) -> tuple[float, float] | None:
-    """The size of a figure with one picture [inches]; None where that of matplotlib is right."""
+    """The size of a figure with one picture [inches]; None for the size of matplotlib."""
     if not isinstance(thing, Result):
         return None
     from heavytop.plots.studies import RESULT_PICTURES
@@ -68,5 +68,5 @@ def _size(thing: Any) -> tuple[float, float] | None:
 
 
 def _draw_run(run: DrawnRun, draw: Draw, ax: Axes, /, events: bool = True, **looks: Any) -> Axes:
-    """Draw a picture of a run; without the marks of its events where these are not wanted."""
+    """Draw a picture of a run, with or without the marks of its events."""
     return draw(ax, run if events else replace(run, marked=False), **looks)

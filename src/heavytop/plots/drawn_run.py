@@ -1,4 +1,4 @@
-"""A run as pictures, films and the player show it: the motion at any time, its events, how much."""
+"""A run as pictures, films and the player show it: motion, events, and the part that is shown."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from heavytop.scene.quantities import values_of
 
 MOST_DRAWN_PERIODS: Final = 12  # more would only blacken the paper
 CURVE_POINTS: Final = 4001
-UNSEEN: Final = 1e-6  # rad, in a picture
+UNSEEN: Final = 1e-6  # rad: no eye sees it in a picture
 WITHOUT_EVENTS: Final = SimpleNamespace(kind=(), t=(), theta=(), phi=(), axis=np.empty((0, 3)))
 
 
@@ -53,9 +53,10 @@ class DrawnRun:
 
     @classmethod
     def of(cls, run: Any, nutations: int = NUTATIONS) -> DrawnRun:
-        """What is drawn of a trajectory, of a scene's exact motion, or of nutations of a motion.
+        """The drawn run of a trajectory, of a scene's exact motion, or of nutations of a motion.
 
-        Of many digits, which take long to compute, the exact motion, if no eye could tell it apart.
+        In place of a trajectory of many digits, which is slow, it has the exact motion, if no eye
+        sees the difference.
         """
         if isinstance(run, DrawnRun):
             return run
@@ -80,7 +81,7 @@ class DrawnRun:
 
     @property
     def has_no_loop(self) -> bool:
-        """Whether theta cannot be drawn against phi, which is not followed, or not worth it."""
+        """Whether theta is not drawn against phi: phi is not followed, or the top stands still."""
         return push(self.motion) is not None or not self.follows("phi")
 
     def follows(self, name: str) -> bool:
@@ -118,26 +119,26 @@ class DrawnRun:
             ax.plot(x, y, marker, label=new_label(ax, label), color=colour, **looks)
 
 
-# --- how much of it a film or a player shows, and in what time ----------------------------------
+# --- the part of a motion that a film or a player shows, and in what time -----------------------
 
 
 SHOWN_SPIN: Final = 9.0  # rad of spin in a second of film: slow enough to be followed
 PERIODS: Final = 12  # nutations shown, at most, unless more are asked for
-BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not visible as a turning
-FEWEST: Final = 16  # points of a path in a nutation, or in a round: of fewer it is another path
+BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not seen as a rotation
+FEWEST: Final = 16  # points of a path in a nutation, or in a round: fewer show another path
 
 
 class Clip(NamedTuple):
-    """A motion from its start on, or what it is after a push, where it would stand still.
+    """A motion from its start on; where it stands still, the motion after a push.
 
     Attributes
     ----------
     motion : Motion
     pushed : bool
     end : float
-        The last time that is shown; negative of a motion that is shown backwards [s].
+        The last time that is shown; negative where the motion is shown backwards [s].
     seconds : float
-        How long it is shown [s].
+        The time in which it is shown [s].
     """
 
     motion: Motion
@@ -157,12 +158,13 @@ class Clip(NamedTuple):
         time: float | None = None,
         speed: float | None = None,
     ) -> Clip:
-        """What is shown of a motion to a time `end` [s], in `usual_s` unless it is asked otherwise.
+        """The clip of a motion up to a time `end` [s], by default shown in `usual_s` seconds.
 
         Raises
         ------
         BadScene
-            Rounds, and a time or an axis that does not go round; or speed, time and seconds.
+            Rounds are given, and a time too, or the axis does not go round; or speed, time (or
+            rounds) and seconds are all given.
         """
         pushed = push(own)
         motion = pushed or own
@@ -178,11 +180,11 @@ class Clip(NamedTuple):
             seconds = time / speed
         seconds = seconds or usual_s
         if time is None:
-            time = speed * seconds if speed else _usual(motion, abs(end), seconds)
+            time = speed * seconds if speed else _visible_time(motion, abs(end), seconds)
         return cls(motion, pushed is not None, math.copysign(time or 1.0, end), seconds)
 
     def blur(self, frames: int, points: int) -> list[str]:
-        """What so many frames, and points of the path, cannot show as it is."""
+        """Sentences that spin or path are too fast for so many frames and points of the path."""
         motion, time = self.motion, abs(self.end)
         shortest = min(filter(None, (motion.period, motion.round)), default=math.inf)
         fast = {
@@ -192,8 +194,11 @@ class Clip(NamedTuple):
         return [f"{what} is too fast to be shown as it is" for what, blurs in fast.items() if blurs]
 
 
-def _usual(motion: Motion, most: float, seconds: float) -> float:
-    """Some nutations with no more spin than can be followed, but one at least if there is time."""
+def _visible_time(motion: Motion, most: float, seconds: float) -> float:
+    """The time [s] of some nutations with spin that the eye can follow; at least one nutation.
+
+    It is at most `most`.
+    """
     period, rate = motion.period or math.inf, abs(motion.mean_angle_rates[1])
     slow = SHOWN_SPIN * seconds / rate if rate else math.inf
     return min(most, PERIODS * period, max(slow, period if motion.period else 0.0))

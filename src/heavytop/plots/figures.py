@@ -1,6 +1,6 @@
-"""Pictures of a run: each is a function of the axes it draws on, and computes nothing.
+"""Pictures of a run: each is a function that draws on axes, and returns them.
 
-Each takes keywords of matplotlib for its line, which go before its own, and returns the axes.
+Keywords of matplotlib for the line replace those of the picture.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
 Looks = Mapping[str, Any]  # keywords of matplotlib
-CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a scale of its own
-PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
-POTENTIAL_HEIGHT: Final = 1.6**2  # how high it is drawn, over the energy that has to be seen
-FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # roots of energies above the least, beside the run's
+CONSTANT: Final = 1e-9  # rad: a smaller range is rounding, and gets no scale of its own
+PEAK: Final = 20.0  # times the usual range: higher peaks are cut off
+POTENTIAL_HEIGHT: Final = 1.6**2  # height of the picture over the energy that is shown
+FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # square roots of other energies, over the run's
 CURVE_HALVINGS: Final = 60
 PUSHED: Final = f"after a push of {PUSH:g} rad/s"
-FAINTEST: Final = 1e-8  # of the largest error: smaller ones stand at the lower edge
+FAINTEST: Final = 1e-8  # of the largest error: smaller ones are drawn at the lower edge
 
 
 def _in_unit(name: str, values: Any) -> Array:
-    """A quantity in the unit in which it is shown."""
+    """Values of a quantity in the unit in which it is shown."""
     return QUANTITIES[name].shown[1] * np.asarray(values)
 
 
@@ -75,11 +75,11 @@ def loop(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     """
     path = _draw_against(ax, run, "phi", "theta", looks)
     ax.plot(*np.asarray(path.get_xydata())[0], "o", color=path.get_color(), ms=3, zorder=4)
-    return _upright(ax, run)
+    return _set_upright(ax, run)
 
 
 def over_time(name: str, ax: Axes, run: DrawnRun, /, **looks: Any) -> Axes:
-    """Draw an angle or a rate against time; theta upright, of a still top as it goes when touched.
+    """Draw an angle or a rate against time; theta upright, of a still top after a push too.
 
     Raises
     ------
@@ -94,12 +94,12 @@ def over_time(name: str, ax: Axes, run: DrawnRun, /, **looks: Any) -> Axes:
     if pushed := push(run.motion):
         tilt = _in_unit("theta", pushed.at(run.path.t).theta)
         ax.plot(path.get_xdata(), tilt, "--", color=style.OTHER, lw=1.0, label=PUSHED)
-    return _upright(ax, run)
+    return _set_upright(ax, run)
 
 
-def _upright(ax: Axes, run: DrawnRun) -> Axes:
-    """Let tilt grow downwards, give a constant one a scale, and say where a run is cut."""
-    if not ax.yaxis_inverted():  # by what was drawn there before
+def _set_upright(ax: Axes, run: DrawnRun) -> Axes:
+    """Let tilt grow downwards, give a constant one a scale, and title a run that is cut."""
+    if not ax.yaxis_inverted():  # by an earlier picture
         ax.invert_yaxis()
     (low, high), unit = ax.dataLim.intervaly, QUANTITIES["theta"].shown[1]
     if high - low < CONSTANT * unit:
@@ -112,7 +112,7 @@ def _upright(ax: Axes, run: DrawnRun) -> Axes:
 
 
 def _cut_peaks(ax: Axes, values: Array) -> None:
-    """Show the usual range where the passes near a pole would dwarf it, and say so."""
+    """Limit the scale to the usual range where peaks near a pole dwarf it, with a title."""
     known = values[np.isfinite(values)]
     low, high = np.percentile(known, (1.0, 99.0)) if known.size else (0.0, 0.0)
     if high > low and PEAK * (high - low) < np.ptp(known):
@@ -123,7 +123,7 @@ def _cut_peaks(ax: Axes, values: Array) -> None:
 # --- the axis on the unit sphere ---------------------------------------------------------------
 
 _VIEWS: Final[WeakKeyDictionary[Axes, View]] = WeakKeyDictionary()
-"""How the sphere is seen on axes: another path there is seen in the same way."""
+"""The view of the sphere on axes: another path there has the same view."""
 
 
 def axis_on_sphere(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
@@ -165,18 +165,19 @@ def effective_potential(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
         for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
             run.mark(ax, name, _in_unit("theta", tilt), E_prime)
     else:
-        _start(ax, motion.theta_min, E_prime, {})
+        _mark_start(ax, motion.theta_min, E_prime, {})
     if height := A * POTENTIAL_HEIGHT * (level - floor):
         margin = 0.06 * height
         shown = [A * floor - margin, max(A * floor + height, E_prime) + margin]
-        if not ax.get_autoscaley_on():  # another is drawn there
+        if not ax.get_autoscaley_on():  # another potential is drawn there
             shown += ax.get_ylim()
         ax.set_ylim(min(shown), max(shown))
     ax.set(xlabel=QUANTITIES["theta"].heading, ylabel="energy without that of the spin [J]")
     return ax
 
 
-def _start(ax: Axes, tilt: Any, y: Any, looks: Looks) -> None:
+def _mark_start(ax: Axes, tilt: Any, y: Any, looks: Looks) -> None:
+    """Mark the start by a dot."""
     line(ax, _in_unit("theta", tilt), y, looks, marker="o", color=style.BLACK, ms=4, ls="none",
          label=new_label(ax, "start"), zorder=4)  # fmt: skip
 
@@ -203,7 +204,7 @@ def phase_plane(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
         _energy_curve(ax, V, abs(V.g), ends, looks if along else {}, color=style.OTHER, lw=1.2,
                       ls="--", label=label)  # fmt: skip
     rate = _in_unit("thetadot", run.path.thetadot[:1])
-    _start(ax, run.path.theta[:1], rate, {} if own or along else looks)
+    _mark_start(ax, run.path.theta[:1], rate, {} if own or along else looks)
     ax.axhline(0.0, color=style.FAINT, lw=0.5, zorder=0)
     ax.set(xlabel=QUANTITIES["theta"].heading, ylabel=QUANTITIES["thetadot"].heading)
     return ax
@@ -212,11 +213,11 @@ def phase_plane(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
 def _energy_curve(
     ax: Axes, V: Potential, energy: float, tilts: tuple[float, float], looks: Looks, **ours: Any
 ) -> None:
-    """Draw both branches of ½ θ̇² + V = energy between two tilts, which may be further out."""
+    """Draw both branches of ½ θ̇² + V = energy, within two tilts on either side of the curve."""
     across = np.linspace(*tilts, CURVE_POINTS)
     lowest = across[V(across).argmin()]
     inside, outside = np.full(2, lowest), np.array(tilts)
-    for _ in range(CURVE_HALVINGS):  # until the curve turns there, if it does
+    for _ in range(CURVE_HALVINGS):  # bisection for the turning points, if they are inside
         middle = (inside + outside) / 2
         beyond = V(middle) > energy
         inside, outside = np.where(beyond, inside, middle), np.where(beyond, middle, outside)
@@ -235,10 +236,10 @@ def _energy(motion: Motion) -> float:
 
 
 def drawn_part(motion: Motion, V: Potential) -> tuple[tuple[float, float], float, float]:
-    """Two tilts [rad] that the picture of a potential spans, its least V, and an energy to be seen.
+    """The two tilts [rad] that the picture of a potential spans, the least V, and the shown energy.
 
     The energy [1/s²] is that of the motion, or of the separatrix if that is larger; where the tilt
-    rests, what carries it a third of the way to the nearer pole.
+    is constant, it is chosen to show a third of the way to the nearer pole.
     """
     low, high, level = motion.theta_min, motion.theta_max, _energy(motion)
     if ends := V.separatrix:
@@ -302,9 +303,9 @@ class RunPicture(NamedTuple):
     Attributes
     ----------
     draw : callable
-        What draws a run on axes.
+        The function that draws a run on axes.
     integrated : bool
-        Whether it shows what was integrated, and nothing of an exact motion.
+        Whether it needs an integrated run.
     """
 
     draw: Callable[..., Axes]
@@ -319,11 +320,11 @@ PICTURES: Final = {
     "phase": RunPicture(phase_plane),
     "errors": RunPicture(errors, integrated=True),
 }
-"""By the names that `plot` has for them; the first is drawn where none is given."""
+"""The pictures by the names that `plot` has for them; the first is the default."""
 
 
 def pictures_of(run: DrawnRun) -> dict[str, RunPicture]:
-    """The pictures that there are of a run; what follows from others is drawn over time too."""
+    """The pictures that a run has; quantities computed from others are drawn over time too."""
     integrated = run.trajectory is not None
     follow = [name for name in derived(run.motion.top) if not QUANTITIES[name].parts]
     known = PICTURES | {name: RunPicture(partial(over_time, name)) for name in follow}
@@ -331,7 +332,7 @@ def pictures_of(run: DrawnRun) -> dict[str, RunPicture]:
 
 
 def run_figures(run: Trajectory | SceneMotion) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
-    """Yield the names of the figures of a run, their titles, and what draws each."""
+    """Yield name, title and drawing function of each figure of a run."""
     drawn = DrawnRun.of(run)
     for name, (title, panels) in FIGURES.items():
         if pictures_of(drawn).keys() >= {*panels}:
@@ -339,7 +340,7 @@ def run_figures(run: Trajectory | SceneMotion) -> Iterator[tuple[str, str, Calla
 
 
 def run_figure(name: str, run: Any) -> Figure:
-    """One of `FIGURES` of a run; of a top that stands still tilt against time, not phi."""
+    """One of `FIGURES` of a run; for a top that stands still with tilt against time, not phi."""
     run = DrawnRun.of(run)
     _, names = FIGURES[name]
     panels = [

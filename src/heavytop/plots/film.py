@@ -36,10 +36,10 @@ from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene, expect_scene
 
 SECONDS: Final = 10.0
-PATH_POINTS: Final = 2001  # of the path
-GIF_COLOURS: Final = 256  # of a GIF
+PATH_POINTS: Final = 2001
+GIF_COLOURS: Final = 256
 MOST_PIXELS: Final = 5e8  # of all frames: 2 GB
-DPI: Final = 72  # a point, as of a line's width, is a pixel
+DPI: Final = 72  # so that a point, in which lines are measured, is a pixel
 
 SECTORS: Final = 36
 MARKED_SECTORS: Final = SECTORS // 4  # a quarter of the body is orange, so that its spin is seen
@@ -50,8 +50,8 @@ LIGHT: Final = np.array([-0.45, 0.62, 0.64])  # from where it comes: right, up, 
 INK, FILM_FAINT, AHEAD_COLOUR, MOMENTUM = "#222222", "#9AA4AE", "#9CC3DB", "#882255"
 LETTER_WIDTH: Final = 0.65  # of the font's height
 WIDEST_RIM: Final = 4  # of the rims of the body
-LEAN: Final = 0.05  # how far the axis leans, at least, where the eye looks across its lean
-ASIDE: Final = 0.35  # rad, by which it looks from farther round
+LEAN: Final = 0.05  # sin θ of the first tilt that the eye looks across
+ASIDE: Final = 0.35  # rad from the direction straight across
 
 
 def film(
@@ -139,8 +139,8 @@ def film(
     if form == ".mp4":
         width, height = 2 * (width // 2), 2 * (height // 2)
     motion = Motion(scene.top, scene.start)
-    whole = float(scene.periods or 1) * (motion.period or 1)  # without a span: a nutation
-    end = whole if scene.time is None else float(scene.time)
+    periods_s = float(scene.periods or 1) * (motion.period or 1)  # without a span: a nutation
+    end = periods_s if scene.time is None else float(scene.time)
     clip = Clip.of(motion, end, SECONDS, **{name: known[name] for name in given})
     count = max(2, round(clip.seconds * rate))
     if form != ".mp4" and count * width * height > MOST_PIXELS:  # all frames are held
@@ -159,18 +159,18 @@ def film(
     return place
 
 
-# --- what is shown, and from where ---------------------------------------------------------------
+# --- the motion, and the view of it --------------------------------------------------------------
 
 
 class FilmScene:
-    """What a film shows of a scene, at even times.
+    """The motion that a film shows, at even times, and how it is drawn.
 
     Attributes
     ----------
     size : tuple of int
         Width and height of the picture [pixels].
     follow : bool
-        Whether the eye goes round.
+        Whether the eye goes round with the mean precession.
     record : Record
         The motion at the times of the path.
     momentum, rotation : numpy.ndarray, shapes (k, 3) and (k, 3, 3)
@@ -178,7 +178,7 @@ class FilmScene:
     rims : numpy.ndarray, shape (rims, sectors, 3)
         The body, in its own frame.
     blur : list of str
-        What so many frames cannot show.
+        Sentences about what is too fast for so many frames.
     """
 
     def __init__(
@@ -204,7 +204,7 @@ class FilmScene:
 
     @property
     def titles(self) -> list[str]:
-        """What a picture says: the scene, how fast time passes, a push, what is not as it is."""
+        """The lines of text of a frame: the scene, the speed of time, a push, what is too fast."""
         fit = int(self.size[0] / (LETTER_WIDTH * self.font))
         title = literal(self.scene.title or self.scene.name, fit)
         pushed = [f"pushed at {PUSH:g} rad/s; untouched it stays as it is"] * self.clip.pushed
@@ -215,16 +215,16 @@ class FilmScene:
         return round(done * (PATH_POINTS - 1))
 
     def view(self, done: float) -> View:
-        """From where the eye looks: across the first lean, a little from above or below."""
+        """The view: across the first tilt, a little from above or below."""
         axis, motion = self.record.axis, self.clip.motion
-        far = np.hypot(axis[:, 0], axis[:, 1])
-        x, y, _ = axis[np.argmax(far > LEAN) if (far > LEAN).any() else np.argmax(far)]
-        azimuth = math.atan2(-x, y) + ASIDE if far.max() > 1e-3 else -math.pi / 2
+        sine = np.hypot(axis[:, 0], axis[:, 1])
+        x, y, _ = axis[np.argmax(sine > LEAN) if (sine > LEAN).any() else np.argmax(sine)]
+        azimuth = math.atan2(-x, y) + ASIDE if sine.max() > 1e-3 else -math.pi / 2
         turned = motion.mean_angle_rates[0] * self.clip.end if self.follow else 0.0
         return View.from_side(azimuth + done * turned, -0.12 if axis[:, 2].mean() < -0.3 else 0.3)
 
     def stage(self) -> Figure:
-        """A figure that path, wheel and pivot fill, in one scale for all of a film."""
+        """A figure with axes for path, wheel and pivot, in the scale of all frames."""
         wheel = self.rims[WIDEST_RIM, ::9] @ self.rotation[::200].swapaxes(1, 2)
         points = np.vstack((np.zeros(3), self.record.axis[::10], wheel.reshape(-1, 3)))
         flat = np.concatenate([self.view(x).project(points)[0] for x in np.linspace(0, 1, 9)])
@@ -239,7 +239,7 @@ class FilmScene:
 
     @mpl.rc_context(STYLE)
     def frame(self, figure: Figure, done: float) -> Image.Image:
-        """The picture at a fraction of the film, in place of what is on the stage."""
+        """The picture at a fraction of the film, drawn in the figure in place of the last one."""
         [ax] = figure.axes
         for shown in (*ax.lines, *ax.patches, *ax.collections, *ax.texts):
             shown.remove()
@@ -267,7 +267,7 @@ class FilmScene:
             view.draw_line(ax, circle(getattr(motion, name)), color=colour, lw=unit)
         view.draw_line(ax, path[now:], color=AHEAD_COLOUR, lw=1.2 * unit)
         view.draw_line(ax, path[: now + 1], color=PATH, lw=2.4 * unit)
-        # the tip of the stem is before the body, or behind it
+        # the tip of the stem is in front of the body, or behind it
         order = 2.3 if path[now] @ view.towards < 0 else 2.7
         line(np.outer((STEM_REACH, 1.0), path[now]), INK, 2.5, order)
         ax.add_collection(_body(self.rims @ self.rotation[now].T, view), autolim=False)
@@ -277,7 +277,7 @@ class FilmScene:
 
 
 def _pace(pace: float) -> str:
-    """How fast time passes, in words.
+    """The speed of time in words.
 
     >>> _pace(0.05), _pace(1.0), _pace(257.5)
     ('slowed 20 times', 'as fast as it is', '260 times as fast as it is')
@@ -291,19 +291,19 @@ def _pace(pace: float) -> str:
 def _rims(ratio: float, side: float) -> Array:
     """The rims of the body: a wheel on a stem with the C/A of the top, on one side of the pivot.
 
-    A wheel without thickness has it where r/h = tan, of 2 √(C/A) / √(2 − C/A).
+    A thin wheel of radius r at height h has this C/A where r/h = 2 √(C/A) / √(2 − C/A).
     """
-    wide = math.atan2(2 * math.sqrt(min(ratio, 2)), math.sqrt(max(2 - ratio, 0)))
-    r, h = SIZE * max(math.sin(wide), 0.1), SIZE * math.cos(wide) * side
+    angle = math.atan2(2 * math.sqrt(min(ratio, 2)), math.sqrt(max(2 - ratio, 0)))
+    r, h = SIZE * max(math.sin(angle), 0.1), SIZE * math.cos(angle) * side
     foot = min(0, h - THICK)
     profile = np.array(
         [(0, foot), (STEM, foot), (STEM, h - THICK), (r / 2, h - THICK), (r, h - THICK / 2),
          (r, h + THICK / 2), (r / 2, h + THICK), (STEM, h + THICK),
          (STEM, STEM_REACH), (0, STEM_REACH)]
     )  # fmt: skip
-    angle = 2 * np.pi * np.arange(SECTORS) / SECTORS
+    turn = 2 * np.pi * np.arange(SECTORS) / SECTORS
     radius, height = profile.T[..., None]
-    return np.stack((radius * np.cos(angle), radius * np.sin(angle), height + 0 * angle), axis=-1)
+    return np.stack((radius * np.cos(turn), radius * np.sin(turn), height + 0 * turn), axis=-1)
 
 
 def _body(rims: Array, view: View) -> PolyCollection:
@@ -327,20 +327,22 @@ def _body(rims: Array, view: View) -> PolyCollection:
 
 def _as_gif(part: Path, frames: Iterator[Image.Image], fps: float) -> None:
     """Write a GIF, all of whose frames have one palette."""
-    held = [*frames]
-    # Each colour once: weighed by its pixels, a small patch would lose its own to the paper's.
-    found = (rgb for each in held for _, rgb in each.getcolors(each.width * each.height) or ())
-    once = np.array([*dict.fromkeys(found)], np.uint8)
-    palette = Image.fromarray(once[None]).quantize(GIF_COLOURS, Image.Quantize.MAXCOVERAGE)
-    few = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in held)
-    _save(part, few, fps, format="GIF", optimize=False)
+    images = [*frames]
+    # Each colour once: weighted by pixels, the colours of a small patch would be lost.
+    found = (rgb for each in images for _, rgb in each.getcolors(each.width * each.height) or ())
+    colours = np.array([*dict.fromkeys(found)], np.uint8)
+    palette = Image.fromarray(colours[None]).quantize(GIF_COLOURS, Image.Quantize.MAXCOVERAGE)
+    reduced = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in images)
+    _save_images(part, reduced, fps, format="GIF", optimize=False)
 
 
 def _as_webp(part: Path, frames: Iterator[Image.Image], fps: float) -> None:
-    _save(part, frames, fps, format="WEBP", quality=80, method=1)
+    """Write a WebP."""
+    _save_images(part, frames, fps, format="WEBP", quality=80, method=1)
 
 
-def _save(part: Path, frames: Iterator[Image.Image], fps: float, **looks: Any) -> None:
+def _save_images(part: Path, frames: Iterator[Image.Image], fps: float, **looks: Any) -> None:
+    """Write frames by Pillow, in a format that holds all of them."""
     first, *others = frames
     ends = [10 * round(100 * k / fps) for k in range(len(others) + 2)]  # a GIF counts hundredths
     durations = [end - begin for begin, end in pairwise(ends)]
@@ -363,14 +365,15 @@ def _as_mp4(part: Path, frames: Iterator[Image.Image], fps: float) -> None:
     writer.close()
 
 
-# --- what a film takes ---------------------------------------------------------------------------
+# --- the readers of its options ------------------------------------------------------------------
 
 
 def _size(value: object) -> tuple[int, int]:
-    try:  # a text is the command's
+    """The width and the height of a text such as 800x600, or of a pair."""
+    try:
         sides: Any = value.lower().split("x") if isinstance(value, str) else value
         width, height = (int(SIDE(int(each))) for each in sides)
-    except (TypeError, ValueError):  # of what is no pair
+    except (TypeError, ValueError):  # no numbers, or no pair of them
         raise Refused(SIDES) from None
     return width, height
 

@@ -1,4 +1,4 @@
-"""The path of the symmetry axis on the unit sphere: how it is seen, and small pictures of it."""
+"""The path of the symmetry axis on the unit sphere: views of it, and small pictures."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from heavytop.plots.style import BLACK, FAINT, KIND_STYLES, STYLE, line_style
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-MUCH: Final = 0.3  # how far the mean of a path is off the centre before the view follows it
-NARROW: Final = 0.1  # how wide a path is, at most, that the view would see edge-on
-BEHIND: Final = 0.3  # opacity of what runs behind the sphere
-TOUCHED: Final = 0.6  # opacity of what a top does that was touched
-TINT: Final = 0.3  # of the colour of a kind, as the ground of a sphere
+MUCH: Final = 0.3  # distance of the mean of a path from the centre: beyond, the view is turned
+NARROW: Final = 0.1  # a path that the view sees no wider is seen edge-on
+BEHIND: Final = 0.3  # opacity of lines behind the sphere
+TOUCHED: Final = 0.6  # opacity of the motion after a push
+TINT: Final = 0.3  # share of the colour of a kind in the ground of a sphere
 PUSH: Final = 1.0  # rad/s, across the axis
 STILL_KINDS: Final = ("at-rest", "sleeping", "hanging")
-NUTATIONS: Final = 3  # of a small picture
-STEADY_TURN_S: Final = 1.0  # of one of a motion without a period
+NUTATIONS: Final = 3  # shown in a small picture
+STEADY_TURN_S: Final = 1.0  # shown of a motion without a period
 
 
 class View(NamedTuple):
@@ -125,10 +125,10 @@ class View(NamedTuple):
             if np.isfinite(part).any():
                 ours = {"solid_joinstyle": "round", "zorder": 2 if behind else 3}
                 ax.plot(*part.T, **ours | looks, alpha=strength)
-                looks.pop("label", None)  # which one of both parts has
+                looks.pop("label", None)  # of one of the parts alone
 
     def frame(self, ax: Axes) -> None:
-        """Show the view on axes that are not drawn."""
+        """Set the limits of axes to the view, and hide the axes themselves."""
         edge = 1.02 * self.reach
         ax.set(xlim=(-edge, edge), ylim=(-edge, edge), aspect="equal")
         ax.axis("off")
@@ -142,7 +142,7 @@ def circle(tilt: float) -> Array:
 
 
 def push(motion: Motion) -> Motion | None:
-    """What a top does that rests, sleeps or hangs, after a push; None for a top that moves."""
+    """The motion of a top that rests, sleeps or hangs after a push; None for a top that moves."""
     if motion.kind not in STILL_KINDS:
         return None
     start = motion.start
@@ -188,8 +188,7 @@ def kind_panel(ax: Axes, path: Array, view: View, kind: str, *, pushed: bool = F
 def motion_figure(motion: Motion) -> Figure:
     """A small picture of a motion: some nutations of the axis on the ground of its kind."""
     figure, pushed = Figure(figsize=(2.4, 2.4), layout="constrained"), push(motion)
-    moving = pushed or motion
+    moving, still = pushed or motion, pushed is not None
     path = axis_path(moving, NUTATIONS * moving.period if moving.period else STEADY_TURN_S)
-    view, still = View.of(path), pushed is not None
-    kind_panel(figure.subplots(), path, view, str(motion.kind), pushed=still)
+    kind_panel(figure.subplots(), path, View.of(path), str(motion.kind), pushed=still)
     return figure

@@ -32,7 +32,7 @@ Charts = Mapping[str, Callable[..., Axes]]  # what draws a result on axes, by th
 
 
 def sweep_charts(found: Found) -> Charts:
-    """Every fact over the number that is varied."""
+    """The pictures of a sweep: each fact over the number that is varied."""
     facts = [name for row in found.rows[:1] for name in row if name not in (found.over, "kind")]
     pairs = zip(facts, cycle(style.COLOURS), strict=False)
     return {name: partial(fact_over_range, name, colour) for name, colour in pairs}
@@ -75,11 +75,11 @@ def fact_over_range(name: str, colour: str, ax: Axes, /, found: Found, **looks: 
 # --- drift: one panel for each quantity, both logarithmic ----------------------------------------
 
 GUIDES: Final = ((0.5, r"$t^{1/2}$"), (1.0, r"$t$"), (1.5, r"$t^{3/2}$"), (2.0, r"$t^2$"))
-DIVERGED: Final = 1e9  # error: beyond it a method has diverged, and the others could not be read
+DIVERGED: Final = 1e9  # larger errors, of a method that has diverged, are not drawn
 
 
 def drift_charts(found: Found) -> Charts:
-    """The errors that grow, of those that are not zero."""
+    """The pictures of a drift: the growth of each error that is not always 0."""
     grown = {name for each in found.methods for name, x in errors_of(each).items() if any(x)}
     names = [name for name in error_names(found.methods) if name in grown]
     return {name: partial(error_growth, name) for name in names}
@@ -139,7 +139,7 @@ def _growth_rows(method: Known, name: str) -> list[tuple[float, float]]:
 
 
 def _draw_guides(ax: Axes) -> None:
-    """Draw powers of time from the lower left corner; only their slopes mean something."""
+    """Draw powers of time from the lower left corner, for comparison of slopes."""
     (low, high), (first, last) = ax.get_ylim(), ax.dataLim.intervalx
     for power, label in GUIDES if last > first else ():
         end = min(last, first * (high / low) ** (1 / power))
@@ -152,7 +152,7 @@ def _draw_guides(ax: Axes) -> None:
 
 # --- work and precision: what a period costs against the error, with the front -------------------
 
-AWAY: Final = 10.0  # error: a method has left the top, and the others could not be read
+AWAY: Final = 10.0  # larger errors, of a method that has diverged, are not drawn
 PER: Final = {
     "us_per_period": "µs per nutation period",
     "rhs_evaluations": "evaluations per period",
@@ -160,7 +160,7 @@ PER: Final = {
 
 
 def workprec_charts(found: Found) -> Charts:
-    """Times, and evaluations, against every error that is measured."""
+    """The pictures of a work–precision diagram: times, and evaluations, against each error."""
     names = [name for name, error in ERROR_KEYS.items() if front(found.points, error)]
     ends = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
     return {
@@ -205,7 +205,7 @@ def workprec_figure(found: Found) -> Figure:
 
 
 def _look_of(number: int, name: str, rival: bool) -> dict[str, Any]:
-    """How a method is drawn: ours, theirs, one's own, and auto."""
+    """The style of a method's line: of a formulation, a rival, one's own method, or auto."""
     look = style.look_of(number)
     if name.startswith("auto"):
         return look | {"color": "#CC0000", "marker": "*", "ls": "none", "ms": 13}
@@ -275,7 +275,7 @@ READING: Final = (
 
 
 def stress_charts(found: Found) -> Charts:
-    """The digits that every method lost at every case."""
+    """The picture of a stress test, if it has runs: digits lost by each method at each case."""
     return {"digits": digits_lost} if found.cases else {}
 
 
@@ -306,7 +306,7 @@ def stress_size(found: Found) -> tuple[float, float]:
 
 
 def _heads_and_cases(found: Found) -> tuple[dict[str, str], list[str]]:
-    """What stands above the column of each method, and the cases, of which there are runs."""
+    """The headings of columns by method, and the names of cases, of those that have runs."""
     used = {run["method"] for run in found.cases}
     heads = {name: literal(head, 40) for name, head in found.methods.items() if name in used}
     return heads, [*dict.fromkeys(run["case"] for run in found.cases)]
@@ -345,18 +345,19 @@ def digits_lost(ax: Axes, /, found: Found, **looks: Any) -> Axes:
 
 
 class Pictures(NamedTuple):
-    """What is drawn of a kind of result.
+    """The figure and the pictures of a kind of result.
 
     Attributes
     ----------
     title : str
-        That of its figure.
+        The title of its figure.
     figure : callable
-        What makes its figure.
+        The function that makes its figure.
     charts : callable
-        What returns its pictures for axes of one's own; where there are none there is no figure.
+        The function that returns its pictures for axes of one's own; without any it has no figure.
     size : callable
-        What returns the size of a figure with one picture [inches]; None is that of matplotlib.
+        The function that returns the size of a figure with one picture [inches]; None is that of
+        matplotlib.
     """
 
     title: str
@@ -373,18 +374,18 @@ RESULT_PICTURES: Final = {
     "check": Pictures("errors and phase over time", check_figure, check_charts),
     "sweep": Pictures("facts over the range", sweep_figure, sweep_charts),
 }
-"""By the kind of a result."""
+"""Figure and pictures by the kind of a result."""
 
 
 def charts_of(found: Found) -> Charts:
-    """What draws a result on axes, by the names of its pictures."""
+    """The functions that draw a result on axes, by the names of its pictures."""
     if (row := RESULT_PICTURES.get(kind_of(found))) is None:
         return {}
     return {name: partial(draw, found=found) for name, draw in row.charts(found).items()}
 
 
 def result_figures(found: Found) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
-    """Yield the name of the figure of a result, its title, and what draws it, if it has one."""
+    """Yield name, title and drawing function of the figure of a result, if it has one."""
     if charts_of(found):
         row = RESULT_PICTURES[kind_of(found)]
         yield kind_of(found), row.title, partial(row.figure, found)

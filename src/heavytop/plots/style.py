@@ -1,4 +1,4 @@
-"""What all figures share: how kinds and events look, lines, titles, legends, and saving."""
+"""The parts that all figures share: styles of kinds and events, lines, titles, legends, saving."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ STYLE: Final[Any] = {
     "legend.frameon": False,
     "text.usetex": False,
 }
-# Of each format what would say when and by which version it was drawn.
+# The metadata of each format that would hold the date and the version of matplotlib.
 _UNDATED: Final[dict[str, dict[str, Any]]] = {
     "svg": dict.fromkeys(("Date", "Creator")),
     "png": dict.fromkeys(("Software",)),
@@ -97,7 +97,7 @@ MOST_LETTERS: Final = 90  # of a text that somebody else wrote
 
 
 def literal(text: str, most: int = MOST_LETTERS) -> str:
-    r"""A text that somebody else wrote, as it is drawn: one line, no formula, and never hidden.
+    r"""A text of a user for drawing: on one line, without formulas, and never hidden by a legend.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def title_of(scene: Any) -> str:
 
 
 def legend(figure: Any, columns: int = 4, **looks: Any) -> None:
-    """Name below a figure, once, all that is drawn in it, whichever panel it stands in."""
+    """Draw one legend below a figure, with each label of its panels once."""
     each = (zip(*ax.get_legend_handles_labels(), strict=True) for ax in figure.axes)
     known = {label: handle for panel in each for handle, label in panel}
     if known:
@@ -135,7 +135,7 @@ def fill(figure: Figure, draw: Callable[[Axes], Axes]) -> Axes:
 def sheet(
     title: str, size: tuple[float, float], columns: int = 4, /, **grid: Any
 ) -> Iterator[tuple[Figure, Any]]:
-    """A figure and its axes, shape (rows, columns), to draw on; in the end title and legend."""
+    """Yield a figure and its axes, shape (rows, columns); add title and legend at the end."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=size, layout="constrained")
         yield figure, figure.subplots(squeeze=False, **grid)
@@ -144,7 +144,7 @@ def sheet(
 
 
 def line_style(ours: dict[str, Any], looks: Mapping[str, Any]) -> dict[str, Any]:
-    """Return how a line is drawn: as ours, but for the keywords of a user; lw is linewidth.
+    """Return the keywords of a line: ours, replaced by those of a user, without abbreviations.
 
     Examples
     --------
@@ -155,7 +155,7 @@ def line_style(ours: dict[str, Any], looks: Mapping[str, Any]) -> dict[str, Any]
 
 
 def line(ax: Axes, x: Any, y: Any, looks: Mapping[str, Any], **ours: Any) -> Line2D:
-    """Draw a line; the keywords of a user go before ours."""
+    """Draw a line; the keywords of a user replace ours."""
     [drawn] = ax.plot(x, y, **line_style(ours, looks))
     return drawn
 
@@ -168,7 +168,7 @@ def label_axes(ax: Axes, xlabel: str, ylabel: str) -> Axes:
 
 
 def new_label(ax: Axes, label: str) -> str:
-    """A label, where nothing on the axes has it yet; else what a legend leaves out."""
+    """A label, if nothing on the axes has it yet; else "_", which a legend leaves out."""
     return label if label not in ax.get_legend_handles_labels()[1] else "_"
 
 
@@ -198,7 +198,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
 
 
 def svg_address(figure: Figure) -> str:
-    """A figure as the address of an image, in which no script runs and no identifier is met.
+    """A figure as a data address of an image, in which no script runs and identifiers are local.
 
     Its texts are in the font of the reader.
     """
@@ -210,7 +210,7 @@ def _render(figure: Figure, form: str, **style: str) -> bytes:
     """A figure in a format, the same bytes at any time."""
     data = BytesIO()
     with mpl.rc_context(STYLE | style), warnings.catch_warnings():
-        # A title in a script the font lacks is drawn with boxes; the run is none the worse.
+        # A title in a script that the font lacks is drawn with boxes; that is no reason to warn.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
         usual = figure.dpi
         figure.dpi = DPI
