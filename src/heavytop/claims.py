@@ -1,7 +1,7 @@
-"""Claims: what is measured of the package, on whose authority, and the study that measures it.
+"""Claims: measured errors of the package with their bounds and authorities, and their study.
 
-A claim is a function under `claim` in a numbered script of ``validation/``; nothing else has to
-know of it. A `proof` measures several numbers in one go, and states their bounds itself.
+A claim is a function under `claim` in a numbered script of ``validation/``, which registers it. A
+`proof` measures several numbers at once, and states their bounds itself.
 """
 
 from __future__ import annotations
@@ -35,21 +35,21 @@ PACKAGE: Final = Path(__file__).parent
 SCRIPTS_FOLDER: Final = next(
     filter(Path.is_dir, (PACKAGE / "_validation", PACKAGE.parents[1] / "validation")), PACKAGE
 )
-"""Where the scripts are: a wheel has them inside the package, a checkout beside ``src``."""
+"""The folder of the scripts: inside the package in a wheel, beside ``src`` in a checkout."""
 
 Measure = TypeVar("Measure", bound=Callable[..., Any])
 
 
 class Authority(NamedTuple):
-    """Who says so, outside this project.
+    """The authority for a claim, outside this project.
 
     Attributes
     ----------
     name : str
     numbers : str
-        Whose numbers stand on the other side: ``printed`` by the authority; of its ``program``, run
-        here; of its ``formula``, evaluated here; or ``ours``: its equations, integrated by code of
-        this project that shares nothing with the package.
+        The source of the numbers that the package is compared with: ``printed`` by the authority;
+        of its ``program``, run here; of its ``formula``, evaluated here; or ``ours``: its
+        equations, integrated by code of this project that shares nothing with the package.
     """
 
     name: str
@@ -61,28 +61,28 @@ OURSELVES: Final = Authority(THIS_PROJECT, "ours")
 
 @dataclass(frozen=True)
 class Claim:
-    """One thing that is claimed: that what `measure` returns is at most `bound`.
+    """The claim that the number that `measure` returns is at most `bound`.
 
     Attributes
     ----------
     id : str
     measure : callable
-        It is called with `of`, and returns a distance or a count; that of a proof yields claims of
-        its own: what each measures, the number, its bound.
+        Called with `of`, it returns a distance or a count; that of a proof yields several claims,
+        each as statement, number and bound.
     statement : str
-        What is measured, with its unit.
+        The measured quantity, with its unit.
     authority : Authority
     bound : float
     reason : str
-        Why this bound.
+        The reason for this bound.
     holds : tuple of str
-        What of the package is held against the authority.
+        The parts of the package that are compared with the authority.
     needs : str or None
-        A package that not everybody has.
+        A package that may be missing.
     of : tuple
     is_proof : bool
     limit_s : float
-        How long it may take [s].
+        The longest time that it may take [s].
     """
 
     id: str
@@ -103,7 +103,7 @@ class Claim:
         return Path(self.measure.__code__.co_filename).stem
 
     def rows(self, **given: Any) -> Iterator[Row]:
-        """Measure it."""
+        """Measure the claim; yield its row, or those of a proof."""
         found = self.measure(*self.of, **given)
         if self.is_proof:
             for number, (statement, measured, bound) in enumerate(found, 1):
@@ -115,7 +115,7 @@ class Claim:
     def judge(
         self, measured: float | None = None, failure: str | None = None, skipped: str | None = None
     ) -> Row:
-        """Hold what was measured to the bound; no script judges itself."""
+        """Compare a measured number with the bound; return the row with the verdict."""
         if measured is not None and not math.isfinite(measured):
             measured, failure = None, "no finite number"
         elif measured is not None and measured < 0 and self.authority.name != THIS_PROJECT:
@@ -129,7 +129,7 @@ class Claim:
 
 CLAIM_FIELDS: Final = ("id", "statement", "bound", "reason", "holds", "needs")
 CLAIMS: Final[dict[str, Claim]] = {}
-"""All that were loaded, by script and name."""
+"""All loaded claims, by script and name."""
 
 
 def claim(
@@ -160,14 +160,14 @@ def claim(
 
 
 def proof(measure: Measure) -> Measure:
-    """Let a generator state claims of its own: it yields a statement, a number and its bound."""
+    """Register a generator of claims: it yields a statement, a number and its bound for each."""
     name = measure.__name__
     register(Claim(name, measure, name, is_proof=True, limit_s=7200.0))
     return measure
 
 
 def register(new: Claim) -> None:
-    """Add a claim to those that were loaded."""
+    """Add a claim to `CLAIMS`."""
     task = f"{new.script}/{new.id}"
     if task in CLAIMS:
         raise ValueError(f"{task}: the name of two claims")
@@ -175,7 +175,7 @@ def register(new: Claim) -> None:
 
 
 def load_claims(folder: str | None = None, script: str = "[0-9]*") -> dict[str, Claim]:
-    """Return what the scripts of a folder claim, by script and name; nothing is measured.
+    """Return the claims of the scripts of a folder, by script and name; nothing is measured.
 
     Parameters
     ----------
@@ -289,12 +289,13 @@ def validate(
 
 
 def _code_digest(scripts: str | None) -> str:
-    """A digest of what is measured, and of what measures: both may have changed since a kill."""
+    """A digest of the code of package and scripts: both may have changed since a kill."""
     files = sorted([*PACKAGE.rglob("*.py"), *Path(scripts or SCRIPTS_FOLDER).glob("*.py")])
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 
 def _claims(parameters: Parameters) -> dict[str, Claim]:
+    """The claims of a study, by name."""
     every = load_claims(parameters["scripts"])
     return {name: every[name] for name in parameters["claims"]}
 
@@ -306,7 +307,7 @@ def tasks(parameters: Parameters) -> list[str]:
 
 
 def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
-    """Measure one claim, in a process that can be killed; a proof has one of its own."""
+    """Measure one claim, in a process that can be killed; each proof gets a new process."""
     scripts = parameters["scripts"]
     chosen = load_claims(scripts, task.partition("/")[0])[task]
     if chosen.is_proof:
@@ -320,7 +321,7 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
 
 
 def measure_task(scripts: str | None, task: str) -> list[Row]:
-    """Measure a claim; an exception is why it does not hold."""
+    """Measure a claim; after an exception it does not hold, for that reason."""
     chosen = load_claims(scripts, task.partition("/")[0])[task]
     rows: list[Row] = []
     with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
@@ -332,16 +333,16 @@ def measure_task(scripts: str | None, task: str) -> list[Row]:
 
 
 def complete(journal: Journal, *, jobs: int = 1, executor: Any = None, **how: Any) -> Validation:
-    """Measure what is left, and return the result.
+    """Measure the remaining claims, and return the result.
 
     Raises
     ------
     ForeignFile
-        The code is another than that of which the folder has what was measured.
+        The code differs from that of the claims measured before.
     """
     parameters = journal.parameters
     journal.expect({**parameters, "code": _code_digest(parameters["scripts"])})
-    # In other processes even if it is one: Ctrl-C is answered at once, whatever a claim is at.
+    # Another process even for one job, so that Ctrl-C ends any claim at once.
     run(journal, executor=executor or Processes(1 if parameters["proofs"] else jobs), **how)
     found: list[Any] = []
     for name, each in _claims(parameters).items():

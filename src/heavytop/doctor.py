@@ -1,4 +1,4 @@
-"""The machine, and what is installed on it, found without importing any of it."""
+"""The versions of installed packages, and the machine, found without imports of the packages."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ REQUIREMENT: Final = re.compile(r"""([\w.-]+)(?:.*?\bextra == ["']([^"']+))?""")
 
 
 def versions() -> dict[str, str | None]:
-    """What the last bits of a run depend on: libraries, Python and the processor."""
+    """Versions that the last bits of a run depend on: libraries, Python and the processor."""
     here = {"python": platform.python_version(), "cpu": cpu_model() or platform.machine()}
     return {name: version(name) for name in LIBRARIES} | here
 
@@ -35,7 +35,7 @@ def version(name: str) -> str | None:
 
 
 def cpu_model() -> str | None:
-    """The processor's name, where the system tells it."""
+    """The name of the processor, or None where the system does not give it."""
     with suppress(OSError):
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
         if found := re.search(r"^model name\s*:\s*(.+)$", text, re.MULTILINE):
@@ -83,7 +83,7 @@ def diagnosis() -> dict[str, Any]:
 
 
 def requirements() -> dict[str, list[str]]:
-    """The packages that are required on this system, by extra; those of no extra come first."""
+    """The packages that are required on this system, by extra; those without one come first."""
     found: dict[str, list[str]] = {"": []}
     with suppress(metadata.PackageNotFoundError):  # run from a bare source tree
         for line in metadata.requires("heavytop") or ():
@@ -102,7 +102,7 @@ def cache() -> dict[str, Any]:
 
 
 def in_words(found: Mapping[str, Any]) -> str:
-    """A diagnosis for reading."""
+    """A diagnosis as text."""
     cpu, store = found["cpu"], found["cache"]
     lines = {
         "python": f"{found['python']}, {found['platform']}",

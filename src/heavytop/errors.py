@@ -1,7 +1,7 @@
-"""Every way the package refuses or fails, by name.
+"""The exceptions and warnings of the package, and the exit codes of its commands.
 
-All exceptions derive from `HeavyTopError`, so that one ``except`` catches what the package
-raises on purpose, and nothing else.
+All exceptions derive from `HeavyTopError`, so that one ``except`` catches what the package raises
+on purpose, and nothing else.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from heavytop.text import printable
 
 
 class Exit(IntEnum):
-    """What the exit code of every verb means; of several the greatest counts."""
+    """The exit codes of all verbs; of several the largest counts."""
 
     OK = 0
     BUG = 1
@@ -35,11 +35,11 @@ class HeavyTopError(Exception):
     """The base of every error this package raises on purpose."""
 
     exit: Exit = Exit.BAD_SCENE
-    """What a command exits with."""
+    """The exit code of a command."""
 
 
 class Refused(HeavyTopError, ValueError):
-    """A value that an option does not take: the rule, and a hint at what may have been meant."""
+    """A value that an option does not take: the rule, and a hint at a similar value."""
 
     def __init__(self, rule: str, hint: str = "") -> None:
         super().__init__(rule, hint)
@@ -50,31 +50,31 @@ class Refused(HeavyTopError, ValueError):
 
 
 class NotANumber(Refused):
-    """A value that is not an exact finite real number; the message says the rule."""
+    """A value that is not an exact finite real number; the message has the rule."""
 
 
 class WrongType(HeavyTopError, TypeError):
-    """An argument that is not what a function takes; the message names it and says what is."""
+    """An argument of a wrong type; the message has its name and the right type."""
 
     exit = Exit.BUG
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing that is wrong: where it stands, what it says, which rule it breaks.
+    """A fault: its place, its key and value, and the rule that it breaks.
 
     Attributes
     ----------
     file : str
-        The file, or what else holds it, such as ``--set``; empty for the argument of a call.
+        The file, or another source such as ``--set``; empty for the argument of a call.
     line : int or None
-        Its line there.
+        Its line in the file.
     key, value : str
-        What stands there.
+        The key, and its value as text.
     rule : str
-        What may stand there instead.
+        The rule for values of the key.
     hint : str
-        The nearest name that is known, or what may have been meant; or empty.
+        A hint, such as the nearest known name; or empty.
     """
 
     file: str
@@ -98,12 +98,12 @@ class Impossible(HeavyTopError, ValueError):
     Parameters
     ----------
     broken : iterable of Fault or (str, str)
-        What is wrong, or the name of a value and the rule that it breaks.
+        Faults, or names of values and the rules that they break.
 
     Attributes
     ----------
     faults : tuple of Fault
-        What is wrong: file, line, key, value, rule and hint of each.
+        All faults, each with file, line, key, value, rule and hint.
     """
 
     def __init__(self, broken: Iterable[Fault | tuple[str, str]]) -> None:
@@ -116,15 +116,15 @@ class Impossible(HeavyTopError, ValueError):
 
 
 class ImpossibleTop(Impossible):
-    """Moments with which nothing moves: A is not positive, or C is negative."""
+    """Numbers that no top has, such as an A that is not positive, or a negative C."""
 
 
 class ImpossibleStart(Impossible):
-    """A start that no motion has, with the nearest possible value."""
+    """A start that no motion has; the message has the nearest possible value."""
 
 
 class BadScene(Impossible):
-    """A scene that cannot be run, or what is asked of it cannot."""
+    """A scene that cannot be run, or options that are impossible for it."""
 
 
 def refuse(*found: Iterable[Fault]) -> None:
@@ -143,13 +143,14 @@ class NotCertified(HeavyTopError):
 
 @dataclass(eq=False)
 class Unseparated(NoClosedForm):
-    """A number that so many bits do not tell from another, or do not give the digits asked.
+    """A number that is not separated from another, or not known to the digits, by the most bits.
 
     Attributes
     ----------
     what : str
+        The message.
     bound : float
-        What is proved all the same: an upper bound of the difference, or of the error.
+        A proved upper bound of the difference, or of the error.
     """
 
     what: str
@@ -160,9 +161,9 @@ class Unseparated(NoClosedForm):
 
 
 class ForeignFile(HeavyTopError, ValueError):
-    """A result file that is damaged or not of this package, or a folder that holds another study.
+    """A file that is damaged or not of this package, or a folder that holds another study.
 
-    A worker elsewhere whose versions are not those of the study is one too.
+    It is also raised for a worker with other versions than those of the study.
     """
 
 
@@ -179,7 +180,7 @@ class InUse(HeavyTopError):
     Attributes
     ----------
     folder : Path
-        Which one.
+        The folder.
     pid, host : str
         The number of that process and its computer; empty where they are not known.
     """
@@ -207,13 +208,13 @@ class MissingPackage(HeavyTopError, ImportError):
     Attributes
     ----------
     method : str
-        What needs them.
+        The method that needs them.
     packages : sequence of str
-        What is missing.
+        The missing packages.
     extra : str
-        The extra of this package that brings them, all but heyoka.
+        The extra of this package that installs them, except heyoka.
     broken : str
-        What an installed one says when it is imported.
+        The error of an installed one when it is imported; empty where it is missing.
     """
 
     method: str
@@ -239,23 +240,23 @@ class NotDrawnWarning(UserWarning):
 
 
 class ImpossibleBodyWarning(UserWarning):
-    """Moments that no rigid body has; the message says which inequality they break."""
+    """Moments that no rigid body has; the message has the inequality that they break."""
 
 
 class FoldedTiltWarning(UserWarning):
-    """A θ outside [0, π] that was taken for the same motion inside; the message says which."""
+    """A θ outside [0, π] that was replaced by one inside, of the same motion."""
 
 
 class DoubtfulWarning(UserWarning):
-    """Something that a run gives, and that its precision cannot tell; the message says what."""
+    """A result that the precision of a run does not determine; the message names it."""
 
 
 class MissedDigitsWarning(DoubtfulWarning):
-    """Quantities that are farther off than the digits asked for allow; the message says which."""
+    """Quantities with larger errors than the digits that were asked for; the message names them."""
 
 
 class Outcome(StrEnum):
-    """How an integration ended: whole, in a singularity, by the limit on steps, by Ctrl-C."""
+    """The end of an integration: complete, at a singularity, by the limit on steps, by Ctrl-C."""
 
     FINISHED = "finished"
     SINGULAR = "singular"
@@ -274,7 +275,7 @@ class EndedEarly(HeavyTopError):
     trajectory : Trajectory
         The part that was integrated.
     why : str
-        What made it so, and what to do instead, where that is known.
+        The cause, and a remedy, where these are known.
     """
 
     outcome: Outcome
@@ -290,7 +291,7 @@ class EndedEarly(HeavyTopError):
 
 
 class Stop(StrEnum):
-    """What ended a study before its end."""
+    """The reason why a study was not finished."""
 
     INTERRUPTED = "interrupted"
     UNWRITABLE = "unwritable"
@@ -299,18 +300,18 @@ class Stop(StrEnum):
 
 @dataclass(eq=False)
 class StoppedEarly(HeavyTopError):
-    """A study that did not reach its end.
+    """A study that was not finished.
 
     Attributes
     ----------
     outcome : Stop
-        What ended it.
+        The reason.
     why : str
-        The same for a person, with what it was about.
+        The reason in words.
     folder : Path or None
-        Where the part that was done is kept.
+        The folder with the part that was done, if it is kept.
     goes_on : bool
-        Whether `heavytop.resume` goes on there.
+        Whether `heavytop.resume` can continue it from there.
     """
 
     outcome: Stop
@@ -326,18 +327,18 @@ class StoppedEarly(HeavyTopError):
     def unwritable(
         cls, fault: OSError, path: Path, folder: Path | None, goes_on: bool = True
     ) -> StoppedEarly:
-        """The end of what cannot write a file: `path`, where `fault` does not say which.
+        """The error where a file cannot be written: the one of `fault`, or else `path`.
 
         Parameters
         ----------
         fault : OSError
-            What the system said.
+            The error of the system.
         path : Path
             The file that was to be written.
         folder : Path or None
-            Where the part that was done is kept, if it has not gone.
+            The folder with the part that was done, if it still exists.
         goes_on : bool
-            Whether `heavytop.resume` goes on there.
+            Whether `heavytop.resume` can continue from there.
 
         Examples
         --------
@@ -358,7 +359,7 @@ class StoppedEarly(HeavyTopError):
 
 
 def resuming(folder: Path) -> str:
-    """The command that goes on with what a folder holds.
+    """The command that resumes the study or run in a folder.
 
     Examples
     --------
@@ -370,5 +371,5 @@ def resuming(folder: Path) -> str:
 
 
 def is_interrupt(error: BaseException) -> bool:
-    """Whether it is Ctrl-C; one during an import comes wrapped in another error."""
+    """Whether an error is Ctrl-C, which during an import is the cause of another error."""
     return isinstance(error, KeyboardInterrupt) or isinstance(error.__cause__, KeyboardInterrupt)

@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all, that show damage, and that one process holds."""
+"""Files that are written completely or not at all, that show damage; and locks of folders."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from heavytop.text import printable
 FAULTS: Final = (
     OSError, LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError
 )  # fmt: skip
-"""What reading a file raises that is not as it was written."""
+"""The errors that reading a damaged file raises."""
 SEAL: Final = b"\nheavytop sha256 %b\n"
 
 
@@ -44,7 +44,7 @@ def as_json(document: Mapping[str, Any]) -> str:
 
 
 def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a temporary neighbour of `path`, then rename it into place.
+    """Let `write` fill a temporary file beside `path`, then rename it to `path`.
 
     A reader, or a crash at any moment, finds the old file or the new one, never a part.
     """
@@ -55,37 +55,38 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
             os.fsync(written.fileno())
         part.replace(path)
     except BaseException as error:
-        with suppress(OSError):  # it is not there, or nothing can be changed there
+        with suppress(OSError):  # there is no such file, or the folder cannot be changed
             part.unlink()
         if isinstance(error, OSError) and error.errno:
-            error.filename = str(path)  # as it is named at last; a full disk does not say where
+            error.filename = str(path)  # the final name, also for a full disk, which names none
         raise
 
 
 def remove_parts(folder: Path, names: Collection[str]) -> None:
-    """Remove what writers that were killed have left of files with these names."""
+    """Remove the temporary files that killed writers of files with these names have left."""
     for path in folder.glob(".*"):
         if (part := re.fullmatch(r"\.\d+\.(.+)", path.name)) and part[1] in names:
             path.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text, whole, as UTF-8, with the same ends of lines on every system."""
+    """Write a text as UTF-8, with the same line endings on every system."""
     write_atomic(path, lambda part: part.write_text(text, encoding="utf-8", newline="\n"))
 
 
 def write_document(path: Path, document: Mapping[str, Any]) -> None:
-    """Write a result document as JSON, whole."""
+    """Write a result document as JSON."""
     write_text(path, as_json(document) + "\n")
 
 
 @contextmanager
 def expect_intact(path: object) -> Iterator[None]:
-    """Refuse a file by its name where what it holds is not what a command wrote.
+    """Turn errors of reading a file into `ForeignFile` with its name.
 
     Raises
     ------
     ForeignFile
+        The file is damaged, or was not written by a command.
     """
     try:
         yield
@@ -100,18 +101,18 @@ def expect_intact(path: object) -> Iterator[None]:
 
 @contextmanager
 def lock(path: Path) -> Iterator[None]:
-    """Hold the lock of a folder; it ends with its holder, however that ends.
+    """Hold the lock of a folder; it is released when the process ends, however that happens.
 
     Raises
     ------
     InUse
         Another process holds it.
     ForeignFile
-        There is something else, such as a link to a file elsewhere.
+        The file of the lock is a link.
     OSError
         The file cannot be made.
     """
-    import fcntl  # which POSIX alone has
+    import fcntl  # only on POSIX systems
 
     if os.path.lexists(path) and (path.is_symlink() or path.stat().st_nlink > 1):
         raise ForeignFile(f"{path}: not the lock of a folder but a link")
@@ -122,27 +123,27 @@ def lock(path: Path) -> Iterator[None]:
             file.seek(0)
             holder = file.read(300).decode("ascii", "replace").split()
             raise InUse(path.parent, *holder[:2]) from None
-        with suppress(OSError):  # a full disk: the lock holds, without a name on it
+        with suppress(OSError):  # a full disk: the lock holds without the name of its holder
             file.truncate(0)
             file.write(f"{os.getpid()} {platform.node()}\n".encode())
         try:
             yield
         finally:
-            fcntl.flock(file, fcntl.LOCK_UN)  # closing is not enough where a forked child has it
+            fcntl.flock(file, fcntl.LOCK_UN)  # closing is not enough if a forked child has the file
 
 
 # --- HDF5, which hangs or reads other numbers where bytes are damaged ------------------------
-# Its checksums (fletcher32, libver latest) are not of texts, nor of the links of dimensions: of
-# 1167 damaged files 36 were read as something else, and 6 hung.
+# Its checksums (fletcher32, libver latest) cover neither texts nor the links of dimensions: of 1167
+# damaged files 36 were read with other contents, and 6 hung.
 
 
 def digest(data: Any) -> bytes:
-    """The digest by which damage shows: of a file, or of a line."""
+    """The digest of a file or a line, which shows damage."""
     return sha256(data).hexdigest().encode()
 
 
 def write_sealed(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` make an HDF5 file, whole; its digest goes behind the end, where none reads."""
+    """Let `write` make an HDF5 file, and append its digest, which HDF5 does not read."""
 
     def sealed(part: Path) -> None:
         write(part)
@@ -154,11 +155,12 @@ def write_sealed(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def expect_sealed(path: Path) -> None:
-    """Expect a file that ends in the digest of all that stands before.
+    """Check that a file ends with the digest of the bytes before it.
 
     Raises
     ------
     ValueError, OSError
+        The digest is missing or another one, or the file cannot be read.
     """
     with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
         end = len(data) - len(SEAL % digest(b""))
@@ -168,12 +170,12 @@ def expect_sealed(path: Path) -> None:
 
 @contextmanager
 def open_sealed(path: Path) -> Iterator[Any]:
-    """Open an HDF5 file that is as `write_sealed` wrote it.
+    """Open an HDF5 file that `write_sealed` wrote.
 
     Raises
     ------
     ForeignFile
-        It is not; or reading it fails, here or in the context, in any of the libraries.
+        The file was changed; or reading it fails, here or within the ``with`` block.
     """
     import h5py
 
@@ -184,7 +186,7 @@ def open_sealed(path: Path) -> Iterator[Any]:
 
 
 def array(file: Any, name: str) -> Any:
-    """Read an array of an HDF5 file; letters become texts along the last axis."""
+    """Read an array of an HDF5 file; single letters along the last axis become texts."""
     import numpy as np
 
     values = np.asarray(file[name][()])

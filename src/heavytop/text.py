@@ -1,4 +1,4 @@
-"""Words for people: which name was meant, letters and times spelled out, and cells of notebooks."""
+"""Texts for people: hints at names, printable letters, durations; bases of notebook cells."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LONGEST_NAME: Final = 60  # of what is compared, or told: no name is longer
-SECONDS_BELOW: Final = 60.0  # below which a time is told in seconds
+LONGEST_NAME: Final = 60  # letters of a name in comparisons and messages
+SECONDS_BELOW: Final = 60.0  # shorter times are given in seconds
 LONGER: Final = ((31_557_600, "years"), (86_400, "days"), (3600, "h"), (60, "min"))
 NOTEBOOK, DRAWING = "heavytop.report.notebook", "heavytop.plots.drawing"
-"""What draws, by name: it stands above what is drawn, and is imported when somebody asks."""
+"""The modules that draw, by name: they depend on this one, and are imported when needed."""
 
 # --- names -----------------------------------------------------------------------------------
 
@@ -31,12 +31,12 @@ def with_article(name: str) -> str:
 
 
 def nearest(value: object, known: Iterable[str]) -> str:
-    """Return a hint at the known name that a value most looks like, or nothing.
+    """Return a hint at the known name that is most similar to a value, or an empty text.
 
     Parameters
     ----------
     value : object
-        What was given; only a text looks like a name, in capitals or not.
+        The value that was given; only a text is similar to a name, in capitals or not.
     known : iterable of str
 
     Returns
@@ -51,12 +51,12 @@ def nearest(value: object, known: Iterable[str]) -> str:
     >>> nearest(1, ["one"])
     ''
     """
-    meant = closest(value, known)
-    return f'did you mean "{meant}"?' if meant else ""
+    similar = closest(value, known)
+    return f'did you mean "{similar}"?' if similar else ""
 
 
 def closest(value: object, known: Iterable[str]) -> str:
-    """Return the known name that a value most looks like; empty where none is near.
+    """Return the known name that is most similar to a value; empty where none is.
 
     Examples
     --------
@@ -74,7 +74,7 @@ def closest(value: object, known: Iterable[str]) -> str:
 
 
 def printable(text: object) -> str:
-    r"""The text on one line, with what a terminal would act on spelled out.
+    r"""The text on one line, with control characters spelled out.
 
     Examples
     --------
@@ -107,7 +107,7 @@ def cut(text: str, most: int) -> str:
 
 
 def duration(seconds: float) -> str:
-    """A time in the unit in which it is read: seconds, minutes, hours, days or years.
+    """A time in a suitable unit: seconds, minutes, hours, days or years.
 
     >>> [duration(x) for x in (3.17, 90, 24_400, 3e5, 1e12)]
     ['3.17 s', '1.5 min', '6.78 h', '3.47 days', '3.17e+04 years']
@@ -122,7 +122,7 @@ def duration(seconds: float) -> str:
 
 
 class Shown:
-    """A thing of which a cell shows facts, and a small picture; the page needs no script."""
+    """The base of classes that a notebook shows as facts and a small picture, without scripts."""
 
     __slots__ = ()
 
@@ -131,7 +131,7 @@ class Shown:
 
 
 class Plotted(Shown):
-    """A thing that can be drawn, a picture at a time."""
+    """The base of classes that have pictures."""
 
     __slots__ = ()
 
@@ -195,7 +195,7 @@ class Plotted(Shown):
 
 
 class Played(Plotted):
-    """A motion that can also be played."""
+    """The base of motions that have a player too."""
 
     __slots__ = ()
 

@@ -1,4 +1,4 @@
-"""How far a run may be from the exact motion, over all times of its steps.
+"""Bounds of the distance of a run from the exact motion, over all times of its steps.
 
 At some points in time both the polynomial of a step and the exact solution are known to more digits
 than doubles have, and so is their difference d. Between two points, w apart, it obeys
@@ -12,13 +12,13 @@ these minima is at most
 
     N = sqrt((a + D/m)(b + D/m)) exp(m w/2) - D/m.
 
-A quantity q(y) with |grad q| <= G and |Hess q| <= H is then off by at most
+The error of a quantity q(y) with |grad q| <= G and |Hess q| <= H is then at most
 
     (|q(p) - q(x)| at the one point + that at the other + w (G (M N + D) + H V N))/2 + H N^2,
 
-or what it is at the worse one, where M bounds |J| and V the speed of the motion. So an interval
-that is cut in two has a smaller bound; intervals whose bound is more than the largest error found
-are cut until it is near it.
+or the larger of the two errors at the points plus H N^2, where M bounds |J| and V the speed of the
+motion. An interval that is cut in two has a smaller bound; intervals with a bound above the largest
+error found are cut until the bound is near it.
 """
 
 from __future__ import annotations
@@ -37,46 +37,47 @@ from heavytop.exact.pairs import UNIT, Array, Words, add
 
 Indices = NDArray[np.intp]
 ByName = Mapping[str, float]
-Solution = tuple[Array, Array]  # the solution, and how far it is off
+Solution = tuple[Array, Array]  # the solution, and a bound of its error
 
-NEAR: Final = 1.3  # a bound so near the largest error found is not made better
-MOST_HALVINGS: Final = 24  # halvings of a step: less than 28, or `INTERVAL_EDGE` is too little
-SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
-NORMS_HOLD: Final = MARGIN / 10  # so near the exact motion a run has to be
-MOST_PARTS: Final = 200_000  # parts of steps at a time: more are not cut
-NEARER: Final = 1.05  # as `NEAR`, beside what no cut makes smaller,
-ROUNDING_SHARE: Final = 0.15  # and beside this share of what the outputs are rounded by
-SAME: Final = 2.0**-100  # of a time: what `Flow.at` takes it to be off is more
-# of an interval, more than twice what `STEP_MARGIN` adds to a part of a step
+NEAR: Final = 1.3  # times the largest error found: a smaller bound is not improved
+MOST_HALVINGS: Final = 24  # of a step: less than 28, so that `INTERVAL_EDGE` is enough
+SETTLED: Final = 14  # halvings after which a quantity that is unbounded in many parts is unbounded
+NORMS_HOLD: Final = MARGIN / 10  # distance of a run from the exact motion for which norms hold
+MOST_PARTS: Final = 200_000  # parts of steps at once: more are not cut
+NEARER: Final = 1.05  # as `NEAR`, where a part of the bound that no cut reduces is added,
+ROUNDING_SHARE: Final = 0.15  # and this share of the rounding of outputs
+SAME: Final = 2.0**-100  # relative: less than the error of a time that `Flow.at` allows for
+# factor for an interval, more than twice what `STEP_MARGIN` adds to a part of a step
 INTERVAL_EDGE: Final = 1 + 2.0**-20
 # relative: theta from a state, by roots and by the library's atan2
 THETA_ROUNDING: Final = 6 * UNIT
 PRODUCTS: Final = 5 * UNIT  # of a squared length: the axis from a quaternion, by sums of products
-ARC: Final = 1 + 1e-7  # of an angle below 1e-4 rad, to its sine
+ARC: Final = 1 + 1e-7  # bound of angle over sine, below 1e-4 rad
 
 
 class Points(NamedTuple):
-    """Polynomials and the exact solution at some times.
+    """The difference of polynomials and exact solution at some times.
 
     Attributes
     ----------
     step : ndarray of int, shape (m,)
     since : ndarray, shape (m,)
         The time since the beginning of the step.
-    apart : ndarray, shape (n, m)
-        What the states are off.
+    difference : ndarray, shape (n, m)
+        Polynomial minus exact solution.
     off : ndarray, shape (m,)
-        How well this is known, in the norm.
+        A bound of the error of the difference, in the norm.
     plain : ndarray, shape (m,)
-        What is lost, in the norm, when a state is evaluated in doubles.
+        A bound of the rounding error, in the norm, of a state that is evaluated in doubles.
     size : ndarray, shape (m,)
-        Of `apart` in the norm, `off` included.
+        The norm of the difference, plus `off`.
     states : ndarray, shape (n, m)
+        The polynomials.
     """
 
     step: Indices
     since: Array
-    apart: Array
+    difference: Array
     off: Array
     plain: Array
     size: Array
@@ -84,26 +85,26 @@ class Points(NamedTuple):
 
     @classmethod
     def at(cls, flow: Flow, steps: Steps, step: Indices, since: Array, known: Solution) -> Points:
-        """Return those at times since the beginning of steps; `known` is the solution there."""
+        """Return the points at times since the beginnings of steps, by the known solution there."""
         p, arithmetic, plain = steps.at(step, since)
         x, lost = known
         high, low = add(p, (-x[0], -x[1]))
-        apart, norm = high + low, flow.system.norms
-        # errors to first order are made of it by fewer than thirty roundings
-        off = UP * (lost + norm(arithmetic) + 32 * UNIT * norm(apart))
-        return cls(step, since, apart, off, norm(plain), norm(apart) + off, p[0])
+        difference, norm = high + low, flow.system.norms
+        # fewer than thirty roundings give the errors to first order from the difference
+        off = UP * (lost + norm(arithmetic) + 32 * UNIT * norm(difference))
+        return cls(step, since, difference, off, norm(plain), norm(difference) + off, p[0])
 
 
 class ErrorModel(NamedTuple):
-    """A quantity at some points: its change to first order, and what bounds it beside them.
+    """The error of a quantity at some points, to first order, and bounds of it around them.
 
     Attributes
     ----------
     error : ndarray, shape (m,)
     gradient, hessian : ndarray, shape (m,)
-        Bounds of its derivatives in the norm, `room` around the point; inf at a pole.
+        Bounds of its derivatives in the norm, up to `room` from the point; inf at a pole.
     rounding : ndarray, shape (m,) or 0
-        Of its value, when it is computed from a state.
+        A bound of the rounding error of its value, computed from a state.
     """
 
     error: Array
@@ -128,9 +129,10 @@ def _exp(x: Array) -> Array:
 
 
 def _axis_outputs(states: Array, change: Array, room: Array) -> dict[str, ErrorModel]:
-    """Return the quantities that states give, to first order in a change of them.
+    """Return the errors of quantities, to first order in a change of states.
 
-    `room` is how far, in the norm, states may be from those given. At a pole some are not finite.
+    `room` is the distance, in the norm, from these states within which the bounds hold. At a pole
+    some numbers are not finite.
     """
     (x, y, z), (dx, dy, dz) = states[:3], change[:3]
     r, length = np.sqrt(x * x + y * y), np.sqrt(x * x + y * y + z * z)
@@ -147,7 +149,7 @@ def _axis_outputs(states: Array, change: Array, room: Array) -> dict[str, ErrorM
 
 
 def _attitude_outputs(q: Array, d: Array, room: Array) -> dict[str, ErrorModel]:
-    """Return the quantities of the attitude form, as `_axis_outputs` does."""
+    """Return the errors of quantities of the attitude form, as `_axis_outputs` does."""
     a, b = np.sqrt(q[0] ** 2 + q[3] ** 2), np.sqrt(q[1] ** 2 + q[2] ** 2)
     length = np.sqrt(a * a + b * b)
     near_a, near_b = (np.maximum(x - room, 0.0) * (1 - 1e-14) for x in (a, b))
@@ -178,43 +180,44 @@ def bound(
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return the largest errors found, and their proved bounds, over some steps.
 
-    They are cut where it is worth it.
+    Steps are cut where that makes the bounds clearly smaller.
 
     Parameters
     ----------
     flow : Flow
     steps : Steps
     floor : mapping from str to float
-        An error that is known to occur, of each quantity: what is smaller need not be sharp.
+        An error of each quantity that is known to occur: smaller bounds need not be sharp.
     rounding : mapping from str to float
-        What each quantity is rounded by later on; that is not in the bound. Others are left out.
+        The rounding error of each quantity later on, which is not in the bound. Only quantities of
+        this mapping are bounded.
     deepest : int
-        How often a step is halved at most.
+        The largest number of halvings of a step.
     """
     D, k = defects(flow.system, steps), np.arange(steps.length.size)
     begun, ended = _step_ends(flow, steps)
     left = Points.at(flow, steps, k, np.zeros(k.size), begun)
     right = Points.at(flow, steps, k, steps.length, ended)
     if not max(ends.size.max(initial=0.0) for ends in (left, right)) < NORMS_HOLD:
-        deepest = 0  # it is too far from the exact motion, wherever steps are cut
+        deepest = 0  # the run is too far from the exact motion for any cut
     found, proved = dict(floor), dict[str, float]()
     for depth in range(deepest + 1):
         cut = np.zeros(left.step.size, dtype=bool)
         last = depth == deepest or 2 * cut.size > MOST_PARTS
         here = _errors_at(flow, steps, D, left, right, rounding)
-        for name, (error, all_of_it, least) in here.items():
+        for name, (error, total, least) in here.items():
             found[name] = max(found.get(name, 0.0), float(error.max(initial=0.0)))
-            endless = ~np.isfinite(all_of_it)
-            if depth >= SETTLED and endless.sum() > 4 * k.size + 64:  # it stays at a pole
+            unbounded = ~np.isfinite(total)
+            if depth >= SETTLED and unbounded.sum() > 4 * k.size + 64:  # the axis stays at a pole
                 proved[name] = np.inf
                 continue
             least = least + ROUNDING_SHARE * rounding[name]
             enough = np.maximum(NEAR * found[name], NEARER * found[name] + least)
-            wide = ~(all_of_it <= enough) | endless
+            wide = ~(total <= enough) | unbounded
             cut |= wide
-            counts = all_of_it if last else all_of_it[~wide]
-            proved[name] = max(proved.get(name, 0.0), float(counts.max(initial=0.0)))
-            if last and np.isnan(all_of_it).any():
+            final = total if last else total[~wide]
+            proved[name] = max(proved.get(name, 0.0), float(final.max(initial=0.0)))
+            if last and np.isnan(total).any():
                 proved[name] = np.inf
         if last or not cut.any():
             break
@@ -226,11 +229,12 @@ def bound(
 
 
 def _join(a: Points, b: Points) -> Points:
+    """Return the points of both."""
     return Points._make(np.concatenate(pair, axis=-1) for pair in zip(a, b, strict=True))
 
 
 def _step_ends(flow: Flow, steps: Steps) -> tuple[Solution, Solution]:
-    """Return the solution where steps begin, and where they end: there the next one begins."""
+    """Return the solution at the beginnings and at the ends of steps, which follow one another."""
     k, length = np.arange(steps.length.size), steps.length
     begun, ended = steps.times(k, np.zeros_like(length)), steps.times(k, length)
     gap = np.abs(ended[0][:-1] - begun[0][1:] + (ended[1][:-1] - begun[1][1:]))
@@ -244,9 +248,9 @@ def _step_ends(flow: Flow, steps: Steps) -> tuple[Solution, Solution]:
 def _errors_at(
     flow: Flow, steps: Steps, defect: Array, left: Points, right: Points, names: Iterable[str]
 ) -> dict[str, tuple[Array, Array, Array]]:
-    """Return what quantities are off at some points, its bound between, and a part of that.
+    """Return for each quantity its error at the points, a bound between them, and a part of that.
 
-    The part is what the run itself rounds: no cut makes it smaller.
+    The part is due to the roundings of the run itself, and no cut reduces it.
     """
     D, clock, V, A = (x[left.step] for x in (defect, steps.clock, steps.speed, steps.bend))
     width, b = INTERVAL_EDGE * np.abs(right.since - left.since), flow.bounds
@@ -256,10 +260,10 @@ def _errors_at(
     spare, outputs, found = 2 * N + plain + V * clock, OUTPUTS[flow.form.name], {}
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         room, rates = _excursion(flow, left, width, V, A, spare)
-        first = outputs(left.states, left.apart, room)
+        first = outputs(left.states, left.difference, room)
         moving = outputs(left.states, rates, room)
         room, _ = _excursion(flow, right, width, V, A, spare)
-        second = outputs(right.states, right.apart, room)
+        second = outputs(right.states, right.difference, room)
         for name in names:
             q, other = first[name], second[name]
             G, H = np.maximum(q.gradient, other.gradient), np.maximum(q.hessian, other.hessian)
@@ -268,30 +272,30 @@ def _errors_at(
             half = (np.abs(q.error) + np.abs(other.error) + width * step) / 2
             sharp = UP * np.maximum(own, half) + G * off + H * (N + plain) ** 2
             speed = np.abs(moving[name].error)
-            # p moves as the field there does, but for G D, and x as p, but for `step`
+            # the rate of p is that of the field up to G D, that of x is the rate of p up to `step`
             late = (speed + G * D + step + width * (G * A + H * V**2)) * clock
             late = np.fmin(late, G * (V + b.jacobian * N + D) * clock)
             rounding = np.maximum(q.rounding, other.rounding)
-            if name == "theta":  # it may be larger in between
+            if name == "theta":  # theta may be larger between the points
                 rounding = rounding + THETA_ROUNDING * G * V * width / 2
             rounded = UP * (G * plain + rounding)
             total = UP * (np.fmin(sharp, G * N) + rounded + late)
             total = np.where(N < NORMS_HOLD, total, np.inf)
-            there = np.isfinite(own) & np.isfinite(G)
-            stays = np.where(there, UP * (rounded + speed * clock), 0.0)
-            found[name] = np.where(there, own, 0.0), total, stays
+            finite = np.isfinite(own) & np.isfinite(G)
+            of_rounding = np.where(finite, UP * (rounded + speed * clock), 0.0)
+            found[name] = np.where(finite, own, 0.0), total, of_rounding
     return found
 
 
 def _excursion(flow: Flow, points: Points, width: Array, V: Array, A: Array, spare: Array) -> Words:
-    """Return how far states come from those at points over half of an interval, and their rates.
+    """Return a bound of the change of states in half an interval from points, and their rates.
 
-    Half of one takes the states that outputs read as far as their speed there and its greatest
-    change can, and all errors that much farther. (The speed is that of the field: the polynomial's
-    differs by D at most, and D width/2 < N.)
+    The states that outputs read move at most by their speed at the point and the bound of its
+    change; errors, `spare`, are added. (The speed is that of the field: that of the polynomial
+    differs by at most D, and D width/2 < N.)
     """
     rates = np.array(flow.system.rates([*points.states], np.ones_like(points.since)))
     own = rates[: CERTIFIED[flow.form.name].read]
     half, speed = width / 2, np.sqrt((own * own).sum(axis=0))
-    gone = np.minimum(V * half, speed * half + A * half**2 / 2)
-    return UP * (gone + spare), rates
+    path = np.minimum(V * half, speed * half + A * half**2 / 2)
+    return UP * (path + spare), rates

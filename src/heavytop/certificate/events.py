@@ -1,7 +1,6 @@
-"""Events of a run held against all that the exact motion has: none missed, none doubled.
+"""Proof that a run has all events of the exact motion: none missed, none doubled.
 
-Zeros of event functions come back after every period. So those within one, as balls, are all that
-is needed.
+Zeros of event functions repeat after every period, so that those of one period, as balls, suffice.
 """
 
 from __future__ import annotations
@@ -21,22 +20,22 @@ if TYPE_CHECKING:
     from heavytop.certificate.flow import Flow
 
 
-BEFORE_START: Final = 1e-7  # of a piece before time 0, in which an event may be
+BEFORE_START: Final = 1e-7  # of a piece: so far before time 0 an event may be
 NEWTON_STEPS: Final = 20
-EVENT_DISTANCE: Final = 1e-6  # of that between two events: one is told from its neighbours
+EVENT_DISTANCE: Final = 1e-6  # of the distance between two events: the largest error of a match
 
 
 class Proof(NamedTuple):
-    """What is proved of the events of one kind.
+    """The proof for the events of one kind.
 
     Attributes
     ----------
     proved : bool or None
-        None is missed, and none doubled; None where zeros are too near each other to be told.
+        Whether no event is missed or doubled; None where zeros are too close to be separated.
     off : float
-        How far the largest error of a time can be, in the unit of the flow.
+        A bound of the errors of times, in the unit of the flow.
     why : str
-        Why not, or empty.
+        The reason why it is not proved, or empty.
     """
 
     proved: bool | None
@@ -45,7 +44,7 @@ class Proof(NamedTuple):
 
 
 def match_events(flow: Flow, event: str, t: Words, end: float) -> Proof:
-    """Hold the zeros that a run found of an event function against those of the exact motion.
+    """Compare the zeros that a run found of an event function with those of the exact motion.
 
     Parameters
     ----------
@@ -54,7 +53,7 @@ def match_events(flow: Flow, event: str, t: Words, end: float) -> Proof:
     t : pair of ndarrays, shape (k,)
         Their times as double-doubles, in the unit of the flow.
     end : float
-        Where the run ends.
+        The end of the run.
     """
     try:
         (high, low), width = _exact_times(flow, event, end)
@@ -65,8 +64,8 @@ def match_events(flow: Flow, event: str, t: Words, end: float) -> Proof:
         return Proof(none, 0.0, "" if none else f"{event}: the exact motion has none")
     forward = 1.0 if end >= 0 else -1.0
     number = np.searchsorted((high[1:] + high[:-1]) / 2, forward * t[0])
-    apart = add((forward * t[0], forward * t[1]), (-high[number], -low[number]))
-    largest = float(np.max(np.abs(apart[0] + apart[1]), initial=0.0))
+    errors = add((forward * t[0], forward * t[1]), (-high[number], -low[number]))
+    largest = float(np.max(np.abs(errors[0] + errors[1]), initial=0.0))
     bound = UP * largest * (1 + 4 * UNIT) + width + 32 * UNIT**2 * abs(end)
     close = EVENT_DISTANCE * float(np.diff(high).min() if high.size > 1 else abs(end))
     inside = np.nonzero((high > close) & (high < abs(end) - close))[0]
@@ -79,9 +78,9 @@ def match_events(flow: Flow, event: str, t: Words, end: float) -> Proof:
 
 
 def _exact_times(flow: Flow, event: str, end: float) -> tuple[Words, float]:
-    """Return when the exact motion has zeros, in the order of a run, and how far these are off.
+    """Return the times of zeros of the exact motion, in the order of a run, and a bound of errors.
 
-    A few more are among them, before the start and after the end.
+    They include a few zeros before the start and after the end.
     """
     found = zeros(flow, event)
     with working(flow.bits):
@@ -113,7 +112,7 @@ def zeros(flow: Flow, event: str) -> list[arb]:
     with working(flow.bits):
         value, gradient = (lambdify(x, names, arb, {}) for x in ([function], slopes))
         constants = [arb(x) for x in flow.constants.values()]
-        # as polynomials, for a power of a ball that holds 0 is not finite
+        # as polynomials: a power of a ball that contains 0 is not finite
         here = (arb_poly([arb(0, table.bounds.size / w)]) for w in weights)
         box = (arb_poly([0]) + x for x in gradient(*here, *constants))
         squares = ((upper(abs(x[0])) / w) ** 2 for x, w in zip(box, weights, strict=True))
@@ -125,7 +124,7 @@ def zeros(flow: Flow, event: str) -> list[arb]:
             if since is None:
                 continue
             zero = place * arb(table.piece) + since
-            # of balls that overlap it is the same zero: another is a piece away, or more
+            # balls that overlap have the same zero: another zero is at least a piece away
             if found and flow.exact_period and not zero < found[0] + flow.exact_period:
                 break
             if not found or zero > found[-1]:
@@ -134,7 +133,7 @@ def zeros(flow: Flow, event: str) -> list[arb]:
 
 
 def _zero(event: str, q: arb_poly, off: arb, least: arb, reach: arb) -> arb | None:
-    """Return the zero, from `least` to `reach`, of a function that is `off` a polynomial.
+    """Return the zero from `least` to `reach` of a function within `off` of a polynomial, or None.
 
     Raises
     ------
@@ -150,7 +149,7 @@ def _zero(event: str, q: arb_poly, off: arb, least: arb, reach: arb) -> arb | No
     for _ in range(NEWTON_STEPS):
         at = arb((at - q(at) / q.derivative()(at)).mid())
     radius = upper((abs(q(at)) + off) / abs(slope))
-    if not abs(at) + radius < 2 * reach:  # beyond, no slope is known
+    if not abs(at) + radius < 2 * reach:  # the slope is bounded up to there
         raise TooCoarse(f"a zero of {event}")
     inside = at + radius > least and at - radius < reach
     return at + arb(0, radius) if inside else None

@@ -1,10 +1,9 @@
 """The exact solution through a state: a table of one period of it, then by symmetry.
 
-The caller says how long a period is about; the period itself is twice the time between two
-turning points, which are zeros of the event function in the table. A motion that nutates
-repeats itself then but for rotations: phi and psi advance, and with them the pairs of states that
-turn. These rotations are read off the solution after one period. Nothing here uses the elliptic
-closed form.
+The caller gives the approximate period; the exact one is twice the time between two turning points,
+which are zeros of the event function in the table. A nutating motion then repeats itself up to
+rotations by the advances of phi and psi, which are read off the solution after one period. Nothing
+here uses the elliptic closed form.
 """
 
 from __future__ import annotations
@@ -24,11 +23,11 @@ from heavytop.equations.formulation import Formulation
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import UNIT, Array, Words, add, multiply, two_product
 
-ROTATED: Final = 1e-28  # a state, by rounding and by rotation: far above 2^-104 and `pair`'s
-FEW_TURNS: Final = 256  # of which sines and cosines are kept, or all that a short run has
-TURN_ERROR: Final = 1e-30  # rad: how well the angle is known by which the last period is turned
-SWUNG: Final = 0.7  # of its size a pair of states moves between two looks: below pi/4 as an angle
-PIECE_HALVINGS: Final = 48  # of a piece, and looks: where more are needed, the axis is at a pole
+ROTATED: Final = 1e-28  # error of a rotated state: far above 2^-104 and that of `pair`
+FEW_TURNS: Final = 256  # multiples of an angle whose sines and cosines are kept
+TURN_ERROR: Final = 1e-30  # rad: largest error of the angle of rotation after the last period
+SWUNG: Final = 0.7  # largest relative change of a pair of states between samples: below pi/4
+PIECE_HALVINGS: Final = 48  # of a piece, and samples: where more are needed, the axis is at a pole
 MOST_LOOKS: Final = 400_000
 # bits, and `order` and `fine` of the table
 SETTINGS: Final = ((192, 24, 16), (384, 40, 32), (1024, 90, 64))
@@ -40,9 +39,10 @@ class Argument(NamedTuple):
     Attributes
     ----------
     times, angles : ndarray
-        Some times of the table, and what it is there; till the next it stays within pi/4.
+        Times of the table, and the argument there; up to the next time it changes by less than
+        pi/4.
     advance : float
-        What it grows by in a period.
+        Its growth in a period.
     """
 
     times: Array
@@ -61,9 +61,9 @@ class Flow:
     start : sequence of float
         The state at time 0: exactly these doubles.
     end : float
-        Up to when; negative for a run back in time.
+        The last time; negative for a run back in time.
     period : float, optional
-        What its period is about; None where it is to be tabulated up to the end.
+        The approximate period; None where the solution is to be tabulated up to the end.
 
     Attributes
     ----------
@@ -78,9 +78,9 @@ class Flow:
     Raises
     ------
     TooCoarse
-        1024 bits do not do, or the period is another one.
+        1024 bits are not enough, or the period is another one.
     ValueError
-        A run back in time has no period that leads there.
+        A run back in time has no period.
     """
 
     def __init__(
@@ -104,6 +104,7 @@ class Flow:
                         raise
 
     def _solve(self, period: float | None, order: int, fine: int) -> None:
+        """Make the table, and find the period in it."""
         rates = self.system.rates([arb(x) for x in self.start], arb(1))
         self.rests = all(rate == 0 for rate in rates)
         span = 0.0 if self.rests else self.end if period is None else period
@@ -114,22 +115,22 @@ class Flow:
         self.exact_period: arb | None = None
         self.period: tuple[float, float] | None = None
         if period is not None:
-            self._close()
+            self._find_period()
 
-    def _close(self) -> None:
+    def _find_period(self) -> None:
         """Find the period, and the angles by which pairs of states turn in it.
 
         Raises
         ------
         TooCoarse
-            They are not known well enough; after a period the solution is not where it was.
+            They are not known well enough, or the solution after a period is not the rotated start.
         """
         turning = zeros(self, "turning")
         T = 2 * (turning[1] - turning[0]) if len(turning) > 1 else arb("inf")
-        if not len(self.table.pieces) * self.table.piece > T:  # beyond, nothing is known
+        if not len(self.table.pieces) * self.table.piece > T:  # beyond the table
             raise TooCoarse("the period is longer than was said")
         last, start = self.table.ball(T), [arb(v) for v in self.start]
-        # so far a ball may be from the double-double that is made of it
+        # the distance of a ball from the double-double of it
         self.off_a_period = upper_double(arb(T.rad()) + abs(T) * arb(2) ** -104)
         self.exact_period, self.period = T, pair(T)
         self.angles = self._angles(last)
@@ -142,12 +143,12 @@ class Flow:
         for (i, j), turn in self.pairs.items():
             z = acb(start[i], start[j]) * acb(0, self.angles[turn]).exp()
             start[i], start[j] = z.real, z.imag
-        apart = self.system.norm([v - w for v, w in zip(last, start, strict=True)])
-        if not apart < 1e6 * TABLE_ERROR * self.bounds.size:
-            raise TooCoarse(f"after a period the solution is {float(apart):.1e} off")
+        off = self.system.norm([v - w for v, w in zip(last, start, strict=True)])
+        if not off < 1e6 * TABLE_ERROR * self.bounds.size:
+            raise TooCoarse(f"after a period the solution is {float(off):.1e} off")
 
     def _angles(self, last: Sequence[arb]) -> dict[tuple[int, int], arb]:
-        """Return by which angles pairs of states have turned, from those that are not zero."""
+        """Return the angles by which pairs of states have turned, by those that are not zero."""
         known = {}
         for (i, j), turn in self.pairs.items():
             if self.start[i] or self.start[j]:
@@ -163,7 +164,7 @@ class Flow:
 
     @cached_property
     def arguments(self) -> tuple[Argument, ...]:
-        """The arguments of alpha and beta, or of the axis: of these phi and psi are made.
+        """The arguments of alpha and beta, or of the axis, from which phi and psi follow.
 
         Raises
         ------
@@ -177,7 +178,7 @@ class Flow:
             return self._argument(0, 3, (phi + psi) / 2), self._argument(1, 2, (phi - psi) / 2)
 
     def _argument(self, i: int, j: int, begun: float, ahead: float = 0.0) -> Argument:
-        """Follow the argument of a pair of states, and what it is ahead, from where it begins."""
+        """Follow the argument of a pair of states; plus `ahead` it is `begun` at the start."""
         times, z = self._sample_argument(i, j)
         angles = np.unwrap(np.angle(z))
         angles += _nearest(angles[0] + ahead, begun) - angles[0]
@@ -188,27 +189,27 @@ class Flow:
         return Argument(times, angles, _nearest(advance, last - angles[0]))
 
     def _sample_argument(self, i: int, j: int) -> tuple[Array, Any]:
-        """Return times, and a pair of states there as a complex number, that moves little between.
+        """Return times, and a pair of states there as complex numbers with small relative changes.
 
         Raises
         ------
         TooCoarse
-            It comes too near to zero.
+            The pair comes too near to zero.
         """
         times: Array = self.table.piece * np.arange(len(self.table.pieces) + 1.0)
         for _ in range(PIECE_HALVINGS):
             states, _ = self.table.at((times, np.zeros_like(times)))
-            z, apart = states[i] + 1j * states[j], np.diff(times)
-            far = self.bounds.speed * apart > SWUNG * np.abs(z[:-1])
+            z, spacing = states[i] + 1j * states[j], np.diff(times)
+            far = self.bounds.speed * spacing > SWUNG * np.abs(z[:-1])
             if not far.any():
                 return times[:-1], z[:-1]
-            times = np.sort(np.append(times, (times[:-1] + apart / 2)[far]))
+            times = np.sort(np.append(times, (times[:-1] + spacing / 2)[far]))
             if times.size > MOST_LOOKS:
                 break
         raise TooCoarse("the axis comes too near to a pole")
 
     def angles_near(self, t: Array) -> dict[str, Array]:
-        """Return phi and psi at times, but for less than a quarter of a turn; of the axis form phi.
+        """Return phi and psi at times to a quarter of a turn; of the axis form phi alone.
 
         Raises
         ------
@@ -235,9 +236,9 @@ class Flow:
     # --- values -----------------------------------------------------------------------------------
 
     def at(self, t: Words) -> tuple[Array, Array]:
-        """Return the solution at times, two words of shape (n, k) each, and how far it is off.
+        """Return the solution at times, two words of shape (n, k) each, and a bound of its error.
 
-        That is in the norm.
+        The bound is in the norm.
 
         Parameters
         ----------
@@ -256,20 +257,20 @@ class Flow:
         return states, self.table.lost + self.bounds.size * ROTATED + self.bounds.speed * late
 
     def _places(self, t: Words) -> tuple[Array, Words]:
-        """Return how many whole periods before times there are, and the times since then."""
+        """Return the numbers of whole periods before times, and the times since their ends."""
         n, since = np.zeros_like(t[0]), t
-        if self.rests:  # at all times it is as at the start
+        if self.rests:  # all states are that of the start
             return n, (n, n)
         if self.period is not None:
             high, low = self.period
-            for _ in range(2):  # the quotient may be rounded over a whole number
+            for _ in range(2):  # the first quotient may be rounded to a wrong whole number
                 n = n + np.floor(since[0] / high)
                 whole = two_product(n, high)
                 since = add(t, (-whole[0], -(whole[1] + n * low)))
         return n, since
 
     def _split_rotation(self, turn: tuple[int, int], n: Array) -> Array:
-        """Return the rotations by n times an angle: by the first few of it, and by the rest."""
+        """Return the rotations by n times an angle, as products of two with few different n."""
         many = np.floor(n / self._few)
         some = (n - self._few * many).astype(np.intp)
         whole, back = np.unique(many, return_inverse=True)
@@ -284,7 +285,7 @@ class Flow:
 
 
 def _nearest(angle: float, near: float) -> float:
-    """Return the angle nearest to another one, of those whole turns apart."""
+    """Return an angle plus the whole turns that bring it nearest to another one."""
     return angle + 2 * math.pi * round((near - angle) / (2 * math.pi))
 
 
@@ -296,10 +297,10 @@ def _times(a: Array, b: Array) -> Array:
 
 
 def _rate(form: Formulation, constants: Mapping[str, float], start: Sequence[float]) -> float:
-    """Return the rate, a power of two, by which rates are measured against the other states.
+    """Return the rate, a power of two, by which states that are rates are divided in the norm.
 
-    The smaller the symmetric part of the Jacobian, the slower errors grow; but a rate far below
-    those of the motion would make much of the rounding of rates.
+    The smaller the symmetric part of the Jacobian, the slower errors grow; but with a rate far
+    below those of the motion the rounding of rates would count too much.
     """
     jacobian = QuadraticSystem.of(form, constants, 1.0).jacobian([arb(v) for v in start])
     rates = 2.0 ** np.arange(-40, 41)

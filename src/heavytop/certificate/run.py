@@ -1,4 +1,4 @@
-"""A run in doubles: the numbers that it was integrated from, and its steps, taken again."""
+"""A run in doubles: the numbers that it was integrated from, and its steps, repeated."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from heavytop.integration.orbit import Checkpoint, Integrator, Polynomials
 
 @dataclass(frozen=True, kw_only=True)
 class BinaryRun:
-    """All numbers that a run in doubles depends on, exactly; its bits follow from them.
+    """All numbers that a run in doubles depends on: they determine its bits.
 
     Attributes
     ----------
     formulation : str
     variant : str or None
-        Of the formulation; what it adds to the quadratic equations is not certified.
+        The variant of the formulation; quadratures that it adds are not certified.
     watched : tuple of str
-        Event functions in the loop.
+        Event functions that the integrator evaluates.
     tolerance : float
     projected : bool
     constants : mapping from str to float
@@ -39,9 +39,9 @@ class BinaryRun:
     end : float
         The last time [s].
     block : float
-        How long the longest block of steps is [s].
+        The length of the longest block of steps [s].
     period : float or None
-        What the period of its exact motion is about [s]; it is proved, not taken.
+        The approximate period of its exact motion [s]; the exact one is proved.
     """
 
     formulation: str
@@ -62,7 +62,7 @@ class BinaryRun:
 
     @cached_property
     def integrator(self) -> Integrator:
-        """What takes its steps."""
+        """The integrator of its steps."""
         form = FORMULATIONS[self.formulation].build(self.variant)
         equations, start = engine(form, tuple(self.watched), self.tolerance), np.array(self.start)
         return Integrator(equations, self.constants, start, projected=self.projected)
@@ -72,21 +72,21 @@ class BinaryRun:
         own, core = self.integrator, self.core
         start = np.array(self.start[: len(core.states)]) / np.where(core.is_rate, own.pace, 1.0)
         end, period = self.end * own.pace, None
-        if self.period is not None and not 0 <= self.end <= self.period:  # less is tabulated
+        if self.period is not None and not 0 <= self.end <= self.period:  # else all is tabulated
             period = self.period * own.pace
         return Flow(core, own.scaled_constants, start.tolist(), end, period)
 
     def steps(self, start: Checkpoint, count: int) -> tuple[Steps, Checkpoint]:
         """Take some steps of the run again, and return them with the checkpoint after them.
 
-        The last of them is cut at the end of the run; what would begin later is left out.
+        The last step is cut at the end of the run; steps that would begin later are left out.
         """
         own = self.integrator
         kept, end = own.polynomials(start, count, 4.0 * self.end)
         high, low = (np.full(kept.length.size, word * own.pace) for word in start.time)
         label = add((high, low), (kept.begun[:, 0], kept.begun[:, 1]))
         forward, last = math.copysign(1.0, self.end), abs(self.end * own.pace)
-        # a little more, for this difference is rounded
+        # a little more, as this difference is rounded
         left = np.maximum(last - forward * label[0] + 4 * UNIT * last, 0.0)
         length = forward * np.minimum(np.abs(kept.length), left)
         clock = _time_error(start, kept, own.pace, self.block * own.pace)
@@ -96,25 +96,25 @@ class BinaryRun:
         return steps.where(slice(np.count_nonzero(length))), end
 
     def ends_elsewhere(self, steps: Steps, state: Array) -> bool:
-        """Tell whether the last steps do not lead to a state at the end of the run."""
+        """Return whether the last steps do not lead to this state at the end of the run."""
         last, i = abs(self.end * self.integrator.pace), steps.length.size - 1
         if i < 0 or not abs(steps.begun[i] + steps.length[i]) >= last:
             return True
         (high, low), more, plain = steps.at(np.array([i]), steps.length[[i]])
         off = (more + plain)[:, 0] + (2 * steps.clock[i] + 16 * UNIT * last) * steps.speed[i]
         near = np.abs((high + low)[:, 0] - state) <= 2 * off
-        # of the states that outputs read speed is bounded; they have no unit
+        # the states that outputs read have a bound of their speed, and no unit
         return not bool(near[: CERTIFIED[self.formulation].read].all())
 
 
 def _time_error(start: Checkpoint, kept: Polynomials, pace: float, block: float) -> Array:
-    """Return how far the time at which a polynomial is evaluated may be off, of each step.
+    """Return for each step a bound of the error of the time at which its polynomial is evaluated.
 
-    A time is measured from the start of its block, then from where its leg begins, then from its
-    step; each difference of doubles is rounded, but for differences with zero, and of two numbers
-    less than a factor of two apart (Sterbenz). A time that is before the first step of a block, or
-    of a leg, but for rounding, is taken to be its beginning: the block before was asked first, and
-    ended before that time as it was rounded there; `block` is the length of the longest.
+    A time is measured from the start of its block, then from the start of its leg, then from its
+    step; each difference of doubles is rounded, except differences with zero, and of two numbers
+    within a factor of two (Sterbenz). A time that is before the first step of a block, or of a leg,
+    only by rounding, becomes its beginning: the rounded time was after the end of the block before.
+    `block` is the length of the longest block.
     """
     since = np.abs(kept.begun[:, 0] + kept.length)
     leg = np.abs(kept.begun[:, 0] - kept.restarted) + np.abs(kept.length)
@@ -129,7 +129,7 @@ def _time_error(start: Checkpoint, kept: Polynomials, pace: float, block: float)
 
 
 def binary_run(trajectory: Any, period: float | None) -> BinaryRun:
-    """Return the numbers of a trajectory in doubles, and what the period of its motion is about."""
+    """Return the numbers of a trajectory in doubles; `period` is the approximate one."""
     chosen, orbit = trajectory.plan, trajectory.orbit
     width = len(orbit.integrator.formulation.states)
     begun = [*(checkpoint.time[0] for checkpoint in orbit.checkpoints), orbit.end]

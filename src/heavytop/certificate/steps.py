@@ -1,10 +1,9 @@
-"""The Taylor polynomials of a run, step by step: their values, and how far they miss the equations.
+"""The Taylor polynomials of the steps of a run: their values, and bounds of their defects.
 
-Everything is computed in doubles, and every rounding is bounded: a sum of n products of doubles is
-off by at most (n + 1) u / (1 - (n + 1) u) times the sum of their sizes, in any order (Higham,
-*Accuracy and Stability of Numerical Algorithms*, 3.1); u = 2^-53. Sums and products alone are
-used, which IEEE 754 rounds correctly. The bounds themselves are sums of positive terms, off by
-less than one in 10^12: `UP` is there for that.
+All is computed in doubles, and every rounding is bounded: the error of a sum of n products is at
+most (n + 1) u / (1 - (n + 1) u) times the sum of their sizes, in any order (Higham, *Accuracy and
+Stability of Numerical Algorithms*, 3.1); u = 2^-53. Only sums and products are used, which IEEE 754
+rounds correctly. The bounds are sums of positive terms, with errors below 1e-12: the factor `UP`.
 """
 
 from __future__ import annotations
@@ -17,13 +16,13 @@ from numpy.typing import NDArray
 from heavytop.certificate.system import UNIT_FACTOR, UP, QuadraticSystem
 from heavytop.exact.pairs import UNIT, Array, Words, add, two_product
 
-MORE = 3  # degrees of a defect beyond the order of a step that are computed
-# Coefficients of a step that are added up with twice the digits; the others are small. The order of
-# a step is 8 at least (`heavytop.run.planning`).
+MORE = 3  # degrees of a defect that are computed beyond the order of a step
+# Coefficients of a step that are summed with twice the digits; the others are small. The order of a
+# step is at least 8 (`heavytop.run.planning`).
 LEADING_TERMS = 6
-# of a step, for which its polynomial is bounded: labels of steps are rounded
+# factor for the length over which a polynomial is bounded: times of steps are rounded
 STEP_MARGIN = 1 + 2.0**-48
-STEPS_AT_ONCE = 1000  # steps at a time, whose coefficients stay in the cache
+STEPS_AT_ONCE = 1000  # steps whose coefficients stay in the processor's cache
 
 
 class Steps(NamedTuple):
@@ -34,14 +33,14 @@ class Steps(NamedTuple):
     coefficients : ndarray, shape (order + 1, n, k)
         Of the polynomials of n states over k steps, in the time since the beginning of each.
     begun, begun_low : ndarray, shape (k,)
-        When each begins: high and low words.
+        The time at which each begins: high and low words.
     length : ndarray, shape (k,)
-        Of each; negative back in time.
+        The length of each; negative back in time.
     clock : ndarray, shape (k,)
-        How far the time at which a polynomial is evaluated may be off.
+        Bounds of the error of the time at which a polynomial is evaluated.
     tail : ndarray, shape (n, k)
-        Of coefficients from the one of order `LEADING_TERMS` on, over the power of that order: what
-        bounds their sum by Horner's scheme, in units of its rounding.
+        Bounds, in units of its rounding, of the sum by Horner's scheme of the coefficients from
+        order `LEADING_TERMS` on, over the power of that order.
     speed, bend : ndarray, shape (k,)
         Bounds over each step of the first and second derivative of those states from which the
         outputs are computed, as vectors.
@@ -58,7 +57,7 @@ class Steps(NamedTuple):
 
     @classmethod
     def of(cls, coefficients: Array, label: Words, length: Array, clock: Array, read: int) -> Steps:
-        """Return steps and what bounds them; outputs read the first `read` states."""
+        """Return steps with their bounds; outputs read the first `read` states."""
         k, sizes = np.arange(len(coefficients)), np.abs(coefficients)
         powers = _powers(np.abs(length) * STEP_MARGIN, k.size)
 
@@ -77,7 +76,7 @@ class Steps(NamedTuple):
         return add((self.begun[step], self.begun_low[step]), (since, np.zeros_like(since)))
 
     def where(self, index: slice) -> Steps:
-        """Return some of them."""
+        """Return some of the steps."""
         return Steps(*(each[..., index] for each in self))
 
     def at(self, step: NDArray[np.intp], since: Array) -> tuple[Words, Array, Array]:
@@ -117,13 +116,14 @@ def defects(system: QuadraticSystem, steps: Steps) -> Array:
 
 
 def _defects(system: QuadraticSystem, steps: Steps) -> Array:
+    """Return the bounds of `defects` for steps whose coefficients fit in the cache."""
     c = steps.coefficients
     order, reach = len(c) - 1, np.abs(steps.length) * STEP_MARGIN
     powers = _powers(reach, 2 * order + 1)
     index = np.arange(order + 1)[:, None, None]
     scaled = np.abs(c) * powers[: order + 1, None]
     S, weighted = scaled.sum(axis=0), (index * scaled).sum(axis=0)  # sums of |c|, of k |c|
-    most = order + MORE  # degrees from here on are bounded by the sizes of what is added up
+    most = order + MORE  # terms of higher degrees are bounded by their sizes
     sums = np.cumsum(scaled[::-1], axis=0)[::-1]  # of each and all that follow
     room = np.empty((order + 1, reach.size))
     sizes = []

@@ -20,26 +20,26 @@ from flint import arb, arb_mat, arb_poly
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.pairs import UNIT, Array
 
-UP: Final = 1 + 1e-12  # more than what a sum of positive terms is rounded by
+UP: Final = 1 + 1e-12  # factor that covers the rounding of a sum of positive terms
 _POWER: Final = 4  # squarings: a norm is bounded by tr((S^T S)^16)^(1/32), at most 1.06 times it
 UNIT_FACTOR: Final = -1  # the place of a factor that is 1, behind all states
 
 
 class CertifiedForm(NamedTuple):
-    """What certificates know of a form that they are made of.
+    """The properties of a formulation that certificates need.
 
     Attributes
     ----------
     read : int
-        From so many states, the first ones, outputs are computed.
+        The number of states, the first ones, from which outputs are computed.
     pairs : mapping
-        States that turn together: how often by the angles of alpha and of beta.
+        Pairs of states that rotate: the multiples of the angles of alpha and of beta.
     angles : tuple of str
-        What follows from the arguments of pairs with all its turns.
+        The angles that follow, with all turns, from the arguments of pairs.
     rest : float
-        What an angle is off beside half a unit in the last place of its turns: an argument, or a
-        sum of two, added to whole turns; and what those of the rounded start are off the angles
-        that the run begins with [rad].
+        A bound of the rounding error of an angle beyond half a unit in the last place of its turns
+        [rad]: of an argument, or a sum of two, that is added to whole turns, and of the angles of
+        the rounded start against those that the run begins with.
     """
 
     read: int
@@ -54,7 +54,7 @@ CERTIFIED: Final[Mapping[str, CertifiedForm]] = {
         4, {(0, 3): (1, 0), (1, 2): (0, 1), (4, 5): (1, 1)}, ("phi", "psi"), 20 * UNIT
     ),
 }
-"""The forms that certificates are made of; `heavytop.certificate.bounds` has their outputs."""
+"""The formulations that can be certified; `heavytop.certificate.bounds` has their outputs."""
 
 
 class Term(NamedTuple):
@@ -71,9 +71,9 @@ class QuadraticSystem(NamedTuple):
     Attributes
     ----------
     terms : tuple of tuple of Term
-        Of each right-hand side; the coefficients are exact.
+        The terms of each right-hand side; the coefficients are exact.
     weights : tuple of float
-        Powers of two: the norm of an error is the Euclidean one of weight times error.
+        Powers of two: the norm of an error is the Euclidean norm of weight times error.
     """
 
     terms: tuple[tuple[Term, ...], ...]
@@ -133,7 +133,7 @@ class QuadraticSystem(NamedTuple):
         return upper(upper(sum(squares, arb(0))).sqrt())
 
     def norms(self, y: Array) -> Array:
-        """Return the norms of vectors of shape (n, k), in doubles and not too small."""
+        """Return upper bounds of the norms of vectors of shape (n, k), in doubles."""
         squares = (np.array(self.weights)[:, None] * y) ** 2
         return np.asarray(UP * np.sqrt(squares.sum(axis=0)))
 
@@ -169,7 +169,7 @@ def operator_norm(matrix: arb_mat) -> arb:
 
 
 def hull(q: arb_poly, reach: arb) -> arb:
-    """Return a ball that holds the values of a polynomial from 0 to `reach`."""
+    """Return a ball that contains the values of a polynomial from 0 to `reach`."""
     return q[0] + arb(0, sup(q, reach, 1))
 
 
@@ -180,7 +180,7 @@ def sup(q: arb_poly, reach: arb, first: int = 0, last: int | None = None) -> arb
 
 
 def upper_double(x: arb) -> float:
-    """Return a double that is not below a ball: inf of one that says nothing."""
+    """Return a double that is not below a ball; inf where the ball is not finite."""
     high = float(x.upper())
     return math.inf if math.isnan(high) else math.nextafter(high, math.inf)
 

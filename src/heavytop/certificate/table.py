@@ -1,4 +1,4 @@
-"""A solution as a table of polynomials: proved piece by piece, from a start up to some time.
+"""A solution as a table of polynomials, proved piece by piece, from a start up to some time.
 
 On each piece the solution is known by a Taylor polynomial in balls, p, and by a bound of its
 distance from p: with the defect D = sup |p' - f(p)| and the logarithmic norm m of the Jacobian, a
@@ -28,25 +28,25 @@ from heavytop.certificate.system import (
 )
 from heavytop.exact.pairs import UNIT, Words, add, multiply
 
-KEPT_COEFFICIENTS: Final = 12  # coefficients of a piece that are kept,
-LEADING_COEFFICIENTS: Final = 3  # of which the first have twice the digits
-MARGIN: Final = 1e-4  # how far from the solution a run may be, for the norms to hold
-TABLE_ERROR: Final = 1e-27  # what the table may be off, relative to the size of the states,
-LOST_IN_PAIRS: Final = 1e-18  # and what is read from it in double-doubles
-WIDER: Final = 1 + 2.0**-20  # a piece, for what is bounded in it
-BESIDE: Final = 1e-7  # of a piece: a time so little beside the table is in it
+KEPT_COEFFICIENTS: Final = 12  # of each piece, in doubles
+LEADING_COEFFICIENTS: Final = 3  # of these, kept as double-doubles
+MARGIN: Final = 1e-4  # distance from the solution within which the bounds hold
+TABLE_ERROR: Final = 1e-27  # largest error of the table, relative to the size of the states,
+LOST_IN_PAIRS: Final = 1e-18  # and of double-doubles read from it
+WIDER: Final = 1 + 2.0**-20  # factor for the length of a piece over which bounds hold
+BESIDE: Final = 1e-7  # of a piece: times may be so far outside of the table
 MOST_PIECES: Final = 100_000
 
 
 class Bounds(NamedTuple):
-    """What holds along the solution, and within `MARGIN` of it, in the norm of the system.
+    """Bounds along the solution, and within `MARGIN` of it, in the norm of the system.
 
     Attributes
     ----------
     growth : float
-        Of the logarithmic norm of the Jacobian: how fast an error can grow.
+        Of the logarithmic norm of the Jacobian: the rate at which an error can grow.
     jacobian : float
-        Of its norm: how fast an error can change.
+        Of the norm of the Jacobian: the rate at which an error can change.
     speed : float
         Of the right-hand side.
     size : float
@@ -60,7 +60,7 @@ class Bounds(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """A piece of the table: a polynomial for each state, how far they may be off, `Bounds`."""
+    """A piece of the table: a polynomial for each state, a bound of their error, `Bounds`."""
 
     p: list[arb_poly]
     error: arb
@@ -76,23 +76,23 @@ class SolutionTable:
     start : sequence of float
         The state at time 0: exactly these doubles.
     span : float
-        Up to when, and a little more.
+        The last time of the table, which reaches a little farther.
     order : int
-        Of the polynomials.
+        The order of the polynomials.
     fine : int
-        How many there are while what is fastest at the start turns by a radian: later something
-        else may be faster.
+        The number of pieces per radian of the fastest rotation at the start; later rotations may
+        be faster.
 
     Attributes
     ----------
     piece : float
         The length of a piece.
     reach : arb
-        A little more.
+        The length over which its polynomial holds, a little more.
     pieces : list of Piece
     bounds : Bounds
     lost : float
-        How far the solution may be from `at`, in the norm.
+        A bound of the error of `at`, in the norm.
 
     Raises
     ------
@@ -143,7 +143,7 @@ class SolutionTable:
         return Piece(p, error, [upper_double(x) for x in largest])
 
     def _truncation(self, p: Sequence[arb_poly]) -> arb:
-        """Return a bound of what `at` leaves out of polynomials, and of what it rounds."""
+        """Return a bound of the terms that `at` leaves out of polynomials, and of its rounding."""
         kept, lead, reach = KEPT_COEFFICIENTS, LEADING_COEFFICIENTS, self.reach
         rounding = 4 * kept * UNIT
         lost = (sup(q, reach, kept) + rounding * sup(q, reach, lead, kept) for q in p)

@@ -1,7 +1,7 @@
-"""The command line: reads options, calls the package, prints. It computes nothing.
+"""The command line: it reads options, calls the package and prints; it computes nothing.
 
-Results go to stdout; progress, notes, warnings and errors to stderr. What is slow to import is
-imported by the verb that needs it, so that ``heavytop --help`` answers at once.
+Results go to stdout; progress, notes, warnings and errors to stderr. Modules that are slow to
+import are imported by the verbs that need them, so that ``heavytop --help`` is fast.
 """
 
 import codecs
@@ -20,7 +20,7 @@ try:
     from heavytop.cli.command import EXIT_CODES, Verbs, print_error
     from heavytop.errors import Exit
     from heavytop.results.registry import RESULTS
-except KeyboardInterrupt:  # before there is a command that could say so
+except KeyboardInterrupt:  # before there is a command that handles it
     raise SystemExit(130) from None
 
 __all__ = ["EXIT_CODES", "Exit", "app", "main"]
@@ -53,32 +53,32 @@ click.version_option(__version__, message="%(prog)s %(version)s")(app)
 
 
 def _plain(error: Any) -> tuple[str, int]:
-    """What stands for a letter that a terminal has not: a minus keeps its meaning."""
+    """The replacement of a letter that a terminal does not have: "-" for a minus, else "?"."""
     return "-" if error.object[error.start] == "−" else "?", error.start + 1
 
 
 def main() -> None:
     """Run the command line."""
-    gc.set_threshold(100_000)  # imports make many objects, and no garbage
+    gc.set_threshold(100_000)  # imports create many objects, and no garbage
     for number in (signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)):
-        if signal.getsignal(number) is signal.SIG_DFL:  # as Ctrl-C does: no process is left behind
+        if signal.getsignal(number) is signal.SIG_DFL:  # as Ctrl-C: child processes end too
             signal.signal(number, signal.default_int_handler)
-    os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
+    os.environ["MPLBACKEND"] = "agg"  # figures are files; an unknown name would stop matplotlib
     for name in ("stdout", "stderr"):  # None where it is closed
         setattr(sys, name, getattr(sys, name) or os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))
     codecs.register_error("plain", _plain)
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):  # a terminal without θ shows ?, and does not fail
+        if isinstance(stream, TextIOWrapper):  # a terminal without θ shows ? instead of an error
             stream.reconfigure(errors="plain")
     try:
         app()
-    except OSError as fault:  # of the help
+    except OSError as fault:  # when the help is printed
         print_error(f"cannot write: {fault.strerror}")
         raise SystemExit(Exit.ENDED_EARLY) from None
     except SystemExit as end:
         in_heyoka = any(thread.name == "in heyoka" for thread in threading.enumerate())
-        if end.code == Exit.INTERRUPTED and in_heyoka:  # it would crash what ends
+        if end.code == Exit.INTERRUPTED and in_heyoka:  # that thread would crash a normal exit
             os._exit(Exit.INTERRUPTED)
         raise
     finally:
-        gc.freeze()  # else all modules are looked through once more before the process ends
+        gc.freeze()  # so that the last collection does not search all modules

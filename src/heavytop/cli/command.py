@@ -1,4 +1,4 @@
-"""The command ``heavytop``: how its verbs are called, what they print, and how they end."""
+"""The command ``heavytop``: calls its verbs, prints their results, and exits with their codes."""
 
 from __future__ import annotations
 
@@ -49,19 +49,19 @@ Problem = tuple[Exit, str]
 
 
 class CommandResult(NamedTuple):
-    """What a verb found, as a person sees it, and what is wrong with it.
+    """The result of a verb, and its problems.
 
     Attributes
     ----------
     found : Any
-        A result, a table, or what has a text.
+        A result, a table, or anything with a text.
     problems : sequence of (Exit, str)
     document : mapping, optional
-        The same for a program, where `found` does not give it.
+        The JSON document, where `found` does not give it.
     figures : bool
-        Whether figures of it are to be drawn.
+        Whether its figures are to be drawn.
     held : context manager
-        The folder that it is to be written in.
+        The lock of the folder that it is to be written in.
     """
 
     found: Any
@@ -85,10 +85,10 @@ COMMON: Final = (
 
 
 class Verb(click.Command):
-    """A command that refuses all of its options that are wrong at once."""
+    """A command that reports all of its wrong options at once."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the options; the first that is wrong is refused with all others."""
+        """Read the options; raise one error for all that are wrong."""
         typed = list(args)
         try:
             return super().parse_args(ctx, args)
@@ -104,14 +104,14 @@ class Verb(click.Command):
 
 
 class Verbs(click.Group):
-    """The group of all verbs; each names its function, and the one that this calls."""
+    """The group of all verbs, with the function of each, and the one that this calls."""
 
     def __init__(self, verbs: Mapping[str, str], **given: Any) -> None:
         super().__init__(**given)
         self.verbs = verbs
 
     def main(self, args: Any = None, prog_name: Any = None, *_: Any, **more: Any) -> NoReturn:
-        """Run a command line and exit; its words are the object of the context."""
+        """Run a command line and exit; its words are `obj` of the context."""
         words = sys.argv[1:] if args is None else list(args)
         if completion := os.environ.get(COMPLETION):
             sys.exit(shell_complete(self, {}, "heavytop", COMPLETION, completion))
@@ -126,7 +126,7 @@ class Verbs(click.Group):
             sys.exit(wrong.exit_code)
         except KeyboardInterrupt:  # outside of a verb
             sys.exit(Exit.INTERRUPTED)
-        except BrokenPipeError:  # nobody reads on, as `head` does; what is left goes nowhere
+        except BrokenPipeError:  # the reader has ended, such as `head`: the rest is not printed
             with suppress(OSError):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             sys.exit(Exit.CLOSED)
@@ -146,7 +146,7 @@ class Verbs(click.Group):
 
 
 def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
-    """Call the function of a verb with what was typed; print what it found, and exit."""
+    """Call the function of a verb with its options, print its result, and exit."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore" if typed["quiet"] else "default", UserWarning)
         warnings.showwarning = lambda message, *_, **__: print_error(f"warning: {message}")
@@ -162,7 +162,7 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
 
 
 def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -> None:
-    """Call the function ``module:function`` with what was typed; write and print what it found."""
+    """Call the function ``module:function`` with its options; write and print its result."""
     from heavytop.results.base import command_line, typing
     from heavytop.scene.arguments import gather
     from heavytop.scene.quantities import SI, read_units, show_units
@@ -184,8 +184,8 @@ def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -
     with typing(command_line(context.obj)), show_units(SI if printed else units):
         if of_scene:
             note(f"{context.info_name} {given['scene'].name}")
-        with ExitStack() as working:  # a bar that is still drawn would take stdout for itself
-            working.enter_context(redirect_stdout(sys.stderr))  # for code of a person's own
+        with ExitStack() as working:  # it ends before printing: a progress bar uses stdout
+            working.enter_context(redirect_stdout(sys.stderr))  # for prints of users' methods
             if address := given.get("executor"):
                 from heavytop.studies.workers import executor_at
 
@@ -202,7 +202,7 @@ def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -
 
 
 def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
-    """The scene of a name, or of the folder of a run, changed as the options ask."""
+    """The scene of a name, or of the folder of a run, with changes."""
     from heavytop.scene import scene as scenes
     from heavytop.scene.scene_file import shipped_names
 
@@ -216,30 +216,30 @@ def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
     return scenes.read_scene(run["text"], f"{run['name']}.toml", list(changes))
 
 
-# --- what is printed and written -------------------------------------------------------------
+# --- printing and writing --------------------------------------------------------------------
 
 
 def option(name: str) -> Any:
-    """The value of an option that all verbs have."""
+    """The value of an option of the running verb."""
     return click.get_current_context().params[name]
 
 
 def print_error(text: str) -> None:
-    """Print something that is not a result."""
+    """Print a text to stderr."""
     lines = "\n".join(map(printable, text.split("\n")))  # names of files may have escape codes
-    with suppress(OSError):  # of a closed or a full stderr: the exit code still says it
+    with suppress(OSError):  # stderr is closed or full: the exit code still tells the outcome
         print(f"heavytop: {lines}", file=sys.stderr, flush=True)
 
 
 def note(text: str) -> None:
-    """Say what is being done, to those who asked."""
+    """Print what is being done, with --verbose."""
     if option("verbose") and not option("quiet"):
         print_error(text)
 
 
 @contextmanager
 def progress_bar() -> Iterator[Callable[[Any], None] | None]:
-    """A progress bar on stderr; where nobody can see it move, a line now and then."""
+    """Yield a function that shows progress: by a bar on a terminal, else by lines now and then."""
     if option("quiet") or not sys.stderr.isatty():
         yield None if option("quiet") else lines_of_progress()
         return
@@ -252,14 +252,14 @@ def progress_bar() -> Iterator[Callable[[Any], None] | None]:
 
 
 def done_of(now: Any) -> tuple[float, str]:
-    """The fraction that is done of a run, or of a study, and how many of its runs have ended."""
+    """The fraction of a run or a study that is done, and words for the ended runs of a study."""
     if isinstance(now, int | float):
         return now, ""
     return now.fraction, f"{now.ended} of {now.tasks} runs"
 
 
 def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[Any], None]:
-    """Return what says how much is done, in a line every `PROGRESS_S` seconds."""
+    """Return a function that prints the progress in a line every `PROGRESS_S` seconds."""
     due = clock() + PROGRESS_S
 
     def update(now: Any) -> None:
@@ -273,7 +273,7 @@ def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[
 
 
 def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figures: bool) -> None:
-    """Write what was found, print it before figures are drawn, and exit with what is wrong."""
+    """Write a result, print it before figures are drawn, and exit with its problems."""
     from heavytop.report.files import write_result
     from heavytop.results.base import Result
 
@@ -282,7 +282,7 @@ def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figur
     def show() -> None:
         nonlocal shown
         shown = True
-        with suppress(OSError):  # nobody reads on: the last line fails again
+        with suppress(OSError):  # the reader has ended: the last print fails again
             print_found(found, None)
 
     try:
@@ -308,9 +308,9 @@ def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figur
 
 
 def print_found(found: Any, document: Mapping[str, Any] | None) -> None:
-    """Print one JSON document for a program; for a person a text, or a table as wide as there is.
+    """Print a result: with --json one document, else a text or a table.
 
-    The width is that of the terminal, or COLUMNS, or 100; nothing stands behind a line.
+    The width is that of the terminal, or COLUMNS, or 100; lines have no blanks at their ends.
     """
     from heavytop.files import as_json
 
@@ -327,11 +327,11 @@ def print_found(found: Any, document: Mapping[str, Any] | None) -> None:
             console.print(found)
         for line in printed.get().splitlines():
             print(line.rstrip())
-        sys.stdout.flush()  # it is there, whatever comes after it
+        sys.stdout.flush()  # before figures are drawn
 
 
 def exit_with(problems: Iterable[Problem]) -> NoReturn:
-    """Say what is wrong, and exit with the gravest code."""
+    """Print problems, and exit with the largest code."""
     worst = Exit.OK
     for code, sentence in problems:
         worst = max(worst, code)
@@ -341,21 +341,21 @@ def exit_with(problems: Iterable[Problem]) -> NoReturn:
 
 
 def expect_writable(name: str, folder: Path | None) -> None:
-    """Refuse a folder of -o in which nothing can be written, before time is spent."""
+    """Raise `Impossible` for a folder of -o in which nothing can be written."""
     if folder is None:
         return
-    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     try:
-        TemporaryFile(dir=there).close()
+        TemporaryFile(dir=existing).close()
     except OSError as error:
         raise errors.Impossible([(name, f"cannot write {folder}: {error.strerror}")]) from None
 
 
-# --- what goes wrong -------------------------------------------------------------------------
+# --- errors ----------------------------------------------------------------------------------
 
 
 def problem_of(error: BaseException) -> Problem:
-    """The exit code of an exception, and what it says."""
+    """The exit code and the sentence of an exception."""
     if errors.is_interrupt(error):
         return Exit.INTERRUPTED, "interrupted"
     if isinstance(error, errors.HeavyTopError):
@@ -368,7 +368,7 @@ def problem_of(error: BaseException) -> Problem:
 
 
 def refuse_options(error: BaseException) -> None:
-    """Blame options by their names, where nothing else is wrong."""
+    """Raise an error about options for one about arguments, if all of these are options."""
     if not isinstance(error, errors.Impossible):
         return
     keys = ["changes" if each.file == "--set" else each.key for each in error.faults]

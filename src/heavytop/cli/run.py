@@ -1,4 +1,4 @@
-"""``heavytop run``, and going on with a run that was interrupted or killed."""
+"""``heavytop run``, and ``heavytop resume`` of a run that was interrupted or killed."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def resume(
     from heavytop.studies.journal import first_line
 
     begun = first_line(folder)
-    with typing(begun.get("command") or typed()):  # that of the command that began it
+    with typing(begun.get("command") or typed()):  # the command that began it
         if not (run := begun.get("run")):
             finished = any((folder / name).exists() for name in RESULTS)
             found = study.resume(folder, progress=progress, **how)
@@ -96,7 +96,7 @@ def resume(
 def run_folder(
     folder: Path | None, scene: Scene, asked: Any, figures: bool, progress: Any, force: bool = False
 ) -> CommandResult:
-    """Run a scene, or what is left of it; what cannot be run touches no folder."""
+    """Run a scene, or the rest of it; a scene that cannot be run changes no folder."""
     from heavytop.report.files import open_run
     from heavytop.results.run import run_result
     from heavytop.run.plan import closed_form_of
@@ -116,7 +116,7 @@ def run_folder(
 def integrate(
     scene: Scene, motion: Motion, plan: Plan, folder: Path | None, progress: Progress | None
 ) -> tuple[Trajectory | SceneMotion, EndedEarly | None]:
-    """Integrate a scene from where its folder has it; and why the trajectory is a part if it is.
+    """Integrate a scene, from the checkpoint in its folder; return also why it ended early, if so.
 
     Raises
     ------
@@ -139,13 +139,13 @@ def integrate(
         raise errors.ForeignFile(f"{checkpoint}: of another scene (run --force replaces it)")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
+            warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # `problems_of` has it
             course = Course(progress, checkpoint)
             if part:
                 return finish(part, course), None
             return integrate_plan(scene, motion, plan, course), None
     except EndedEarly as early:
-        if early.outcome is Outcome.INTERRUPTED:  # comparing the part would take as long as it did
+        if early.outcome is Outcome.INTERRUPTED:  # comparing the part may take as long as the run
             why = f"interrupted at t = {early.trajectory.orbit.end:.6g} s"
             raise errors.StoppedEarly(errors.Stop.INTERRUPTED, why, folder) from None
         return early.trajectory, early
@@ -154,7 +154,7 @@ def integrate(
 def problems_of(
     result: RunResult, early: EndedEarly | None, folder: Path | None
 ) -> Iterator[tuple[Exit, str]]:
-    """What is wrong with a run, and where the part that was done can be found."""
+    """Yield the problems of a run, with exit codes, and where a part of it is kept."""
     from heavytop.run.counts import differences
     from heavytop.run.verify import miss_text
 
@@ -166,6 +166,6 @@ def problems_of(
     if result.missed_digits:
         found = miss_text(dict(result.missed_digits), result.scene["want"]["digits"])
         yield Exit.OUT_OF_BOUND, found
-    if result.missed_events:  # of which a warning tells, unless it is quiet
+    if result.missed_events:  # a warning has the words already, unless it is quiet
         why = "; ".join(differences(result.missed_events, result.events))
         yield Exit.OUT_OF_BOUND, why if option("quiet") else ""

@@ -1,8 +1,8 @@
-"""What a verb takes at a terminal: the signature and the docstring of its function say it all.
+"""The options of a verb, made of the signature and the docstring of its function.
 
-Both are read from its source, so that help and a mistyped option import nothing. At a terminal a
-scene is a name with --set, a folder is -o, an executor the address of a dask scheduler, and a
-sequence a list with commas.
+Both are read from its source, so that help and a wrong option import nothing. At a terminal a scene
+is a name with --set, a folder is -o, an executor the address of a dask scheduler, and a sequence a
+list with commas.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ SPELLED: Final = {
     "path": ("-o", "--output"),
     "undone": ("--as",),
 }
-"""Options that are not named as their parameters are."""
+"""The options whose names differ from those of their parameters."""
 HELP: Final = {
     "changes": "Change a value of the scene; may be repeated: --set start.phidot=-14.",
     "executor": "Use the workers of a dask scheduler, such as tcp://192.168.0.2:8786.",
     "scene": "A shipped scene (heavytop scenes lists them), a TOML file, or the folder of a run.",
 }
-"""Of parameters that are something else at a terminal than in Python."""
+"""The help of parameters that differ between a terminal and Python."""
 SECTION: Final = re.compile(r"^(\w+)\n-+\n", re.MULTILINE)
 ENTRY: Final = re.compile(r"^(\w+(?:, \w+)*) : .*\n((?:    .*\n|\n)*)", re.MULTILINE)
 MARKED_CODE: Final = re.compile(r"`+(?:heavytop\.)?([^`]*)`+")
@@ -43,10 +43,10 @@ LITERAL: Final = re.compile(r'^(\w+): Final = ([\d.]+$|\((?:\s*"[^"]*",)+\s*\))'
 def read_verb(
     places: str, *, stored: bool = False
 ) -> tuple[dict[str, Parameter], list[click.Parameter], str]:
-    """Read what a verb takes, in Python and as it is typed, and its help.
+    """Read the parameters of a verb, its options, and its help.
 
-    Its function may be followed by the one that it calls, whose parameters it has too. A verb whose
-    result can be stored has -o.
+    `places` has its function, and after it the function that it calls, whose parameters it has too.
+    A verb whose result can be stored has -o.
     """
     takes: dict[str, Parameter] = {}
     about: dict[str, str] = {}
@@ -55,19 +55,19 @@ def read_verb(
         takes |= signature(function).parameters
         text, *parts = SECTION.split(f"{getdoc(function)}\n")
         sections = dict(zip(parts[::2], parts[1::2], strict=True))
-        for names, said in ENTRY.findall(sections.get("Parameters", "")):
-            about |= dict.fromkeys(names.split(", "), plain(said))
+        for names, words in ENTRY.findall(sections.get("Parameters", "")):
+            about |= dict.fromkeys(names.split(", "), plain(words))
     takes = {name: each for name, each in takes.items() if each.kind is not each.VAR_KEYWORD}
     about |= {name: text for name, text in HELP.items() if name in (positional(takes), "executor")}
     stored &= not takes.keys() & {"folder", "path"}
     folder = Parameter("folder", Parameter.KEYWORD_ONLY, default=None)
     about = {"folder": "Write document and chart to this folder."} | about
-    words = [*options_of(takes | {"folder": folder} if stored else takes, about)]
-    return takes, words, "\n\n".join(map(plain, text.split("\n\n")))
+    options = [*options_of(takes | {"folder": folder} if stored else takes, about)]
+    return takes, options, "\n\n".join(map(plain, text.split("\n\n")))
 
 
 def read_function(place: str) -> Callable[..., Any]:
-    """Read a function, named as ``module:function``, without its module: for its signature."""
+    """Read a function, named ``module:function``, from its source: it has its signature alone."""
     module, _, name = place.partition(":")
     text = ROOT.joinpath(*module.split(".")).with_suffix(".py").read_text("utf-8")
     found = re.search(rf"^def {name}\(.*?(?=^[^\s)]|\Z)", text, re.MULTILINE | re.DOTALL)
@@ -80,23 +80,23 @@ def read_function(place: str) -> Callable[..., Any]:
 
 
 def plain(text: str) -> str:
-    """A text of a docstring on one line, without its marks."""
+    """A text of a docstring on one line, without marks of code."""
     return MARKED_CODE.sub(r"\1", " ".join(text.split()))
 
 
 def positional(takes: Mapping[str, Parameter]) -> str:
-    """The parameter that is typed without its name; empty where there is none."""
+    """The name of the parameter that is an argument and no option; empty where there is none."""
     first = next(iter(takes.values()), None)
     return "" if first is None or first.kind is first.KEYWORD_ONLY else first.name
 
 
 def read_names(text: str) -> tuple[str, ...]:
-    """Read a list of names, without the blanks around them."""
+    """Read a list of names, without blanks around them."""
     return tuple(name.strip() for name in text.split(","))
 
 
 def read_pairs(text: str) -> dict[str, str]:
-    """Read values by their names."""
+    """Read a list of NAME=VALUE."""
     pairs = [name.partition("=") for name in read_names(text)]
     if not all(equals for _, equals, _ in pairs):
         raise click.BadParameter(f"{text!r} is not NAME=VALUE,…")
@@ -104,7 +104,7 @@ def read_pairs(text: str) -> dict[str, str]:
 
 
 def read_path(text: str) -> Path:
-    """Read a path; an empty one would be the folder one happens to be in."""
+    """Read a path; refuse an empty one, which would be the current folder."""
     if not text:
         raise click.BadParameter("the name of a file or a folder cannot be empty")
     return Path(text)
@@ -119,14 +119,14 @@ TYPES: Final[Mapping[str, tuple[Any, str | None]]] = {
     "str": (str, None),
     "Executor": (str, "ADDRESS"),
 }
-"""What reads a value, and the word for it, by how an annotation begins; of several the first."""
+"""The reader of a value, and the word for it, by the beginning of an annotation: the first one."""
 DRAWN: Final[Mapping[str, Any]] = {"flag_value": False, "default": True}
 
 
 def options_of(
     takes: Mapping[str, Parameter], about: Mapping[str, str]
 ) -> Iterator[click.Parameter]:
-    """What is typed for the parameters of a function: an argument, and options."""
+    """Yield the argument and the options of the parameters of a function."""
     place = positional(takes)
     for name, each in takes.items():
         kinds = ["Path"] if name in ("folder", "path") else each.annotation.split(" | ")

@@ -1,4 +1,4 @@
-"""Verbs that do something beside the function that they call, and those that call none."""
+"""Verbs that do more than call one function of the package."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = 
 
 
 def ending_fault(path: Path | None, endings: Sequence[str]) -> Broken:
-    """What is wrong with a file whose name ends otherwise."""
+    """The fault of a file with another ending; empty where there is none."""
     if path is None or path.suffix.lower() in endings:
         return []
     return [("path", f"{path}: the name of a file in {', '.join(filter(None, endings))}")]
@@ -223,9 +223,9 @@ def report(
 def run_all(
     scene: Scene, kept: Path | None, place: Path, progress: Any
 ) -> tuple[list[Path], dict[str, str]]:
-    """Run a scene and its studies, each with its defaults, in folders that are kept or not.
+    """Run a scene and its studies, each with its defaults, in folders that are kept or temporary.
 
-    Return these folders; and what cannot be done, and why.
+    Return these folders, and the reasons by the names of studies that cannot be done.
     """
     from heavytop.report.files import write_result
     from heavytop.results.registry import RESULTS
@@ -257,7 +257,7 @@ def run_all(
             else:
                 say(f"{kept}: keeps {', '.join(each.name for each in done) or 'nothing else'}")
             raise
-        except (errors.ForeignFile, errors.InUse):  # of another scene: not to be shown as of this
+        except (errors.ForeignFile, errors.InUse):  # the folder has another scene
             raise
         except errors.HeavyTopError as fault:
             missing[name] = str(fault)

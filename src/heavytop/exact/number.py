@@ -356,7 +356,7 @@ def _positive(factor: Exact) -> bool:
 
 
 def _root(q: Fraction, exponent: Fraction) -> Exact:
-    """Return q > 0 to an exponent between 0 and 1; the radicand is an integer without small powers."""
+    """Return q > 0 to an exponent between 0 and 1, as a root of an integer without small powers."""
     from flint import fmpz
 
     k = exponent.denominator

@@ -184,7 +184,7 @@ _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] =
 
 
 def _check_limits(x: Exact) -> Exact:
-    """Return a number within the limits; raise `NotANumber` for another, or one with such a part."""
+    """Return a number; raise `NotANumber` where it, or a part of it, is beyond the limits."""
     parts = x.args if x.op in ("+", "*") else (x,)
     most = {"rational": _MAX_HEIGHT, "^": _MAX_BUILT_POWER}
     if any(part.op in most and _height(part.args[-1]) > most[part.op] for part in parts):

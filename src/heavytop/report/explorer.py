@@ -1,7 +1,7 @@
-"""The explorer: one page on which a person drags a top's numbers and sees what it does.
+"""The explorer: one page on which a person changes the numbers of a top and sees its motion.
 
-The page computes for itself, with `templates/top.js`; the rules of the kinds, their order, their
-reasons, colours and names are those of the package and go onto the page as data.
+The page computes by itself, with `templates/top.js`; the rules of the kinds, their order, reasons,
+colours and names are data from this package.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ INPUT_LIMITS: Final = dict.fromkeys((*RATES, "omega3"), (-1e6, 1e6)) | {
     "A": (1e-15, 1e15), "C/A": (1e-6, 2.0), "gMR/A": (-1e9, 1e9), "mass": (0.0, 1e15),
     "gravity": (1e-9, 1e9),
 }  # fmt: skip
-"""Between what the page takes each number, in SI."""
+"""The bounds of each number that the page takes, in SI."""
 
 BOXES: Final = {
     name.replace("psidot", "spin"): {unit: float(x) for unit, x in UNITS_OF[UNIT_OF[name]].items()}
     for name in ("theta", "phidot", "thetadot", "psidot", "A", "mass", "distance")
 }
-"""The units that a box takes, in SI; that of the spin takes those of ψ̇."""
+"""The units that each input box takes, with their sizes in SI; the spin has those of ψ̇."""
 
 PLAIN_LIMITS: Final = {
     Kind.AT_REST: "Nothing moves.",
@@ -62,10 +62,10 @@ PLAIN_LIMITS: Final = {
     Kind.CUSPS: "In every nod the axis stops for an instant: its path has cusps.",
     Kind.WAVES: "The axis nods and precesses in one direction only: its path is a wave.",
 }
-"""The kinds in the words of somebody who meets them for the first time."""
+"""A sentence about each kind for readers who do not know it."""
 
 NUMBERED: Final = ("A", "C", "gMR", "E_prime", "p_phi", "p_psi")
-"""What the page gives in numbers, by symbol and unit."""
+"""The quantities that the page shows as numbers, with symbol and unit."""
 
 
 def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.html") -> Path:
@@ -117,14 +117,14 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
         rule = "the name of a page ends in .html"
         faults.append(Fault("explore", None, "path", str(place), rule))
     refuse(faults)
-    with show_units(SI):  # a box takes every unit, and says the others
+    with show_units(SI):  # the page has its own units
         page = render("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([]))
     write_text(place, page)
     return place
 
 
 def _data(scene: Scene) -> dict[str, Any]:
-    """What the page knows: the rules and the words of kinds, and starts to begin with."""
+    """The data of the page: rules and words of the kinds, scenes, limits and constants."""
     rules = [
         {"kind": rule.kind, "zeros": _names(rule.zeros), "positive": _names(rule.positive),
          "why": general_reason(rule)}
@@ -145,7 +145,7 @@ def _data(scene: Scene) -> dict[str, Any]:
 
 
 def _unsupported(scene: Scene) -> Iterator[Fault]:
-    """What of a scene the page does not take."""
+    """Yield the numbers of a scene that are beyond the limits of the page."""
     start = _start(scene)["numbers"]
     start |= {"C/A": start["C"] / start["A"], "gMR/A": start["gMR"] / start["A"]}
     for name, (low, high) in INPUT_LIMITS.items():
@@ -155,11 +155,12 @@ def _unsupported(scene: Scene) -> Iterator[Fault]:
 
 
 def _names(numbers: tuple[Criterion, ...]) -> list[str]:
+    """The names of criteria in the module of kinds."""
     return [NUMBER_NAMES[id(number)] for number in numbers]
 
 
 def _start(scene: Scene) -> dict[str, Any]:
-    """A scene as doubles, and the exact texts that they stand for."""
+    """A scene in doubles, with the exact texts of those that are rounded."""
     top, start = scene.top, scene.start
     exact = {name: getattr(top, name) for name in ("A", "C", "gMR")}
     exact |= {name: getattr(start, name) for name in START_INPUTS} | {start.held: start.spin}
@@ -173,8 +174,8 @@ def _start(scene: Scene) -> dict[str, Any]:
 
 
 def _needs_text(x: Exact) -> bool:
-    """Whether a number is no double, which the page spells itself, and a scene file can say it."""
+    """Whether a number is not a double, and has a text that a scene file can hold."""
     try:
         return x != float(x) and Exact.of(str(x)) == x
-    except NotANumber:  # a scene file has no cosines
+    except NotANumber:  # a scene file has no acos of a computed number
         return False

@@ -1,7 +1,7 @@
 """The files of results in their folders.
 
-Of a run first its journal, of one line, and at last its document: a folder without it goes on from
-its trajectory, if there is one. Of a study its document, its data and its charts.
+Of a run the journal, one line, is written first, and the document last: a folder without it resumes
+from its trajectory, if there is one. A study has its document, its data and its charts.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PICTURE_FORMATS: Final = ("svg", "png")
 UNDRAWABLE: Final = (
     NoClosedForm, ArithmeticError, LookupError, RuntimeError, TypeError, ValueError
 )  # fmt: skip
-"""What drawing raises of numbers that no picture can show."""
+"""The errors that drawing raises for numbers that no picture can show."""
 
 # --- a run -----------------------------------------------------------------------------------
 
@@ -39,13 +39,13 @@ def scene_text(document: Mapping[str, Any]) -> str:
 
 
 def tables_of(scene: Scene) -> dict[str, Any]:
-    """What makes a scene another one: its tables, not its name and title."""
+    """The tables by which scenes are compared: all but name, title and source."""
     document = scene.document()
     return {name: document[name] for name in ("top", "start", "span", "want")}
 
 
 def finished_run(folder: Path) -> RunResult | None:
-    """The result that a folder has of its run; None where it is not at its end.
+    """The result of the run in a folder; None where the run is not finished.
 
     Raises
     ------
@@ -65,19 +65,19 @@ def open_run(
     figures: bool = True,
     force: bool = False,
 ) -> Iterator[None]:
-    """Hold a folder for one run, which is another one if its scene is, or what is `asked` of it.
+    """Lock a folder for one run, which is identified by its scene and the options `asked`.
 
-    What is left of the same run stays, to go on with; a whole one is taken away, and one that fails
-    before anything is stored does not stay.
+    A part of the same run stays, to be continued; a finished one is removed. The journal of a run
+    that fails before a trajectory is stored is removed too.
 
     Raises
     ------
     ForeignFile
-        It holds another run, or a study, and `force` does not replace it; or what cannot be read.
+        It holds another run, and `force` is not set; or a study; or files that cannot be read.
     InUse
         Another process is writing it.
     StoppedEarly
-        Ctrl-C, or a file that cannot be written: the folder goes on with the run.
+        Ctrl-C, or a file that cannot be written: the run can be resumed from the folder.
     """
     parameters = {"kind": RUN, "scene": tables_of(scene), **asked, "versions": versions()}
     about = {"name": scene.name, "text": scene.to_toml(), "figures": figures}
@@ -106,13 +106,13 @@ def open_run(
             raise StoppedEarly.unwritable(fault, folder, folder) from fault
         except Exception as fault:
             stopped = isinstance(fault, StoppedEarly) or errors.is_interrupt(fault)
-            if not stopped and not (folder / TRAJECTORY).exists():  # it would fail again
+            if not stopped and not (folder / TRAJECTORY).exists():  # resumed, it would fail again
                 (folder / STUDY).unlink(missing_ok=True)
             raise
 
 
 def _is_complete(folder: Path, parameters: Parameters) -> bool:
-    """Whether a folder has all of a run, with whatever versions it was made."""
+    """Whether a folder has a finished run with these parameters, of any versions."""
     if not first_line(folder) or finished_run(folder) is None:
         return False
     journal = Journal.read(folder)
@@ -121,15 +121,15 @@ def _is_complete(folder: Path, parameters: Parameters) -> bool:
 
 
 def _remove(folder: Path, names: Sequence[str]) -> None:
-    """Take away the files of an earlier run."""
+    """Remove files of an earlier result."""
     for name in names:
         (folder / name).unlink(missing_ok=True)
 
 
 def load_run(result: RunResult, path: Path) -> Any:
-    """The trajectory, or the exact motion, of a run whose document is there; None without a file.
+    """The trajectory, or the exact motion, of a run by its document; None without its file.
 
-    Without heyoka a finished run has its exact motion, which no picture tells from it.
+    Without heyoka it is the exact motion of a finished run, which has the same pictures.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def load_run(result: RunResult, path: Path) -> Any:
 
 
 def files_of(kind: type[Result]) -> list[str]:
-    """The names of all that a kind of result may leave in its folder, first its document."""
+    """The names of all files of a kind of result, its document first."""
     figures = FIGURES if kind is RunResult else [kind_of(kind)]
     drawn = (f"{name}.{form}" for name in figures for form in PICTURE_FORMATS)
     return [f"{kind_of(kind)}.json", *filter(None, [kind.data_file]), *drawn]
@@ -172,25 +172,25 @@ def write_result(
     figures: bool = True,
     show: Callable[[], object] | None = None,
 ) -> dict[str, str]:
-    """Write a result: its numbers, its figures, and at last its document.
+    """Write a result: its data, its figures, and last its document.
 
-    Where a document stands the rest is whole. That of a result whose folder does not go on is there
-    before anything is drawn too.
+    So a document is there only if the data are complete. Of a result that cannot be resumed the
+    document is also written before anything is drawn.
 
     Parameters
     ----------
     found : Result
     folder : path
-        It is made where there is none.
+        The folder, which is made where there is none.
     figures : bool
-        Whether figures are drawn, where there are numbers for them.
+        Whether figures are drawn, if the result has any.
     show : callable, optional
-        Called before anything is drawn, which takes longer than all else.
+        Called before figures are drawn, which takes longer than the rest.
 
     Returns
     -------
     dict from str to str
-        Names of the files, by what they are.
+        Names of the files, by their contents.
 
     Raises
     ------
@@ -228,7 +228,7 @@ def write_result(
 
 
 def _save_figure(place: Path, name: str, draw: Callable[[], Any], key: str) -> dict[str, str]:
-    """Draw a figure and save it in every form; the names of its files, none where it fails."""
+    """Draw a figure and save it in every format; return its files, none where it fails."""
     from heavytop.plots.style import save
 
     files = dict[str, str]()
@@ -236,17 +236,17 @@ def _save_figure(place: Path, name: str, draw: Callable[[], Any], key: str) -> d
         if (figure := draw()) is not None:
             for form in PICTURE_FORMATS:
                 save(figure, place / f"{name}.{form}")
-                figure.set_layout_engine("none")  # it is laid out, for all its files
+                figure.set_layout_engine("none")  # the layout is done, for the other formats too
                 files[f"{key}_{form}"] = f"{name}.{form}"
     return files
 
 
 @contextmanager
 def warn_not_drawn(name: str) -> Iterator[None]:
-    """Warn of a picture that cannot be drawn, say why, and go on without it."""
+    """Warn of a picture that cannot be drawn, with the reason, and continue without it."""
     try:
         yield
-    except ForeignFile:  # of what is drawn: a damaged record
+    except ForeignFile:  # the file of what is drawn is damaged
         raise
     except UNDRAWABLE as fault:
         why = f"{name}: not drawn ({type(fault).__name__}: {fault})"

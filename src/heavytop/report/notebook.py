@@ -1,4 +1,4 @@
-"""Cells of a notebook: facts and a small picture of a thing as HTML without scripts; the player."""
+"""Cells of a notebook: facts and a small picture as HTML without scripts; and the player."""
 
 from __future__ import annotations
 
@@ -21,42 +21,43 @@ from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.text import Shown
 
-LONGEST_EXPRESSION: Final = 16  # letters of a number that is shown as an expression
+LONGEST_EXPRESSION: Final = 16  # letters: longer expressions are shown as decimals
 
 Cell = tuple[Any, Figure | None]
 """A result, or facts, and a picture beside it."""
 
 
 def html_of(thing: Any) -> str:
-    """What a cell shows of a thing: its picture, and beside it what is said."""
+    """The HTML of a thing: its picture, and beside it facts or tables."""
     from heavytop.plots.style import svg_address
 
-    cell = _CELLS.get(type(thing).__name__)
-    said, figure = (cell or _result)(thing)
-    html = said.html() if isinstance(said, Result) else Table.of_facts(said).html
-    beside = "display:flex;flex-wrap:wrap;gap:1.5em"
+    facts, figure = _CELLS.get(type(thing).__name__, _result_cell)(thing)
+    html = facts.html() if isinstance(facts, Result) else Table.of_facts(facts).html
+    layout = "display:flex;flex-wrap:wrap;gap:1.5em"
     image = f'<img style="max-width:100%" src="{svg_address(figure)}" alt="">' if figure else ""
-    return f'<div style="{beside}">{image}<div>{html}</div></div>'
+    return f'<div style="{layout}">{image}<div>{html}</div></div>'
 
 
-# --- what each thing shows ------------------------------------------------------------------------
+# --- facts and pictures of each type --------------------------------------------------------------
 
 
-def _result(found: Result) -> Cell:
+def _result_cell(found: Result) -> Cell:
+    """A result, and its figure."""
     return found, found.figure()
 
 
-def _top(top: Top) -> Iterator[Fact]:
+def _top_facts(top: Top) -> Iterator[Fact]:
+    """Yield the numbers of a top, its shape and its rate."""
     A, C, gMR = (float(getattr(top, name)) for name in ("A", "C", "gMR"))
-    yield from _exact((name, getattr(top, name)) for name in ("A", "C", "gMR"))
+    yield from _facts_of((name, getattr(top, name)) for name in ("A", "C", "gMR"))
     shape = "a disc" if C == 2 * A else "flat" if C > A else "round" if C == A else "slender"
     yield "C/A", f"{C / A:.6g} ({shape}: 2 is a disc at the pivot, 0 a needle)"
     if gMR:
         yield "√(|gMR|/A)", f"{(abs(gMR) / A) ** 0.5:.6g} rad/s"
 
 
-def _exact(values: Iterable[tuple[str, Any]]) -> Iterator[Fact]:
-    """Numbers as they were given; long expressions, as sums of solids are, to six digits."""
+def _facts_of(values: Iterable[tuple[str, Any]]) -> Iterator[Fact]:
+    """Yield numbers as they were given; long expressions, as of sums of solids, to six digits."""
     for name, x in values:
         text = f"[{', '.join(map(str, x))}]" if isinstance(x, tuple) else str(x)
         formula = not isinstance(x, str) and {*text} & {*"/*"} and len(text) > LONGEST_EXPRESSION
@@ -64,11 +65,13 @@ def _exact(values: Iterable[tuple[str, Any]]) -> Iterator[Fact]:
         yield quantity.symbol, quantity.with_unit(f"{float(x):.6g}" if formula else text)
 
 
-def _state(state: State) -> Iterator[Fact]:
-    yield from _exact([x for x in state.given if str(x[1]) != "0"] or [("theta", state.theta)])
+def _state_facts(state: State) -> Iterator[Fact]:
+    """Yield the numbers of a start that are not 0."""
+    yield from _facts_of([x for x in state.given if str(x[1]) != "0"] or [("theta", state.theta)])
 
 
-def _scene(scene: Scene) -> Iterator[Fact]:
+def _scene_facts(scene: Scene) -> Iterator[Fact]:
+    """Yield the parts of a scene, and the facts of its motion."""
     tables = scene.document()
     yield "scene", scene.title or scene.name
     yield "top", nonzero(tables["top"])
@@ -77,32 +80,34 @@ def _scene(scene: Scene) -> Iterator[Fact]:
     yield "wanted", f"{', '.join(scene.quantities)} to {scene.digits} digits"
     if scene.events:
         yield "events", ", ".join(scene.events)
-    yield from _motion(Motion(scene.top, scene.start))
+    yield from _motion_facts(Motion(scene.top, scene.start))
 
 
-def _motion(motion: Motion) -> Iterator[Fact]:
+def _motion_facts(motion: Motion) -> Iterator[Fact]:
+    """Yield the verdict and the course of a motion."""
     summary = results.motion_summary(motion)
     yield from results.verdict_facts(summary)
     yield from results.course_facts(summary)
 
 
-def _errors(errors: Any) -> Iterator[Fact]:
+def _error_facts(errors: Any) -> Iterator[Fact]:
+    """Yield the errors of a run that are numbers."""
     for name, x in asdict(errors).items():
         if isinstance(x, float):
             yield quantity_of(name).heading, f"{x:.1e}"
 
 
 _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
-    "Top": lambda top: (_top(top), None),
-    "State": lambda state: (_state(state), None),
-    "Scene": lambda scene: (_scene(scene), motion_figure(Motion(scene.top, scene.start))),
-    "Motion": lambda motion: (_motion(motion), motion_figure(motion)),
-    "Trajectory": lambda run: _result(run_result(run)),
-    "Errors": lambda errors: (_errors(errors), None),
+    "Top": lambda top: (_top_facts(top), None),
+    "State": lambda state: (_state_facts(state), None),
+    "Scene": lambda scene: (_scene_facts(scene), motion_figure(Motion(scene.top, scene.start))),
+    "Motion": lambda motion: (_motion_facts(motion), motion_figure(motion)),
+    "Trajectory": lambda run: _result_cell(run_result(run)),
+    "Errors": lambda errors: (_error_facts(errors), None),
     "Verdict": lambda verdict: (results.verdict_facts(asdict(verdict)), None),
     "Plan": lambda plan: (results.Planned(scene={}, plan=results.plan_summary(plan)).facts(), None),
 }
-"""By the name of a class; any other is a result."""
+"""The cells by the name of a class; any other class is a result."""
 
 
 # --- the top that moves ---------------------------------------------------------------------------
@@ -110,7 +115,7 @@ _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
 
 @dataclass(frozen=True, repr=False)
 class Player(Shown):
-    """A top that moves in a cell; `html` is the page of it."""
+    """An animation of a top in a cell; `html` is its page."""
 
     name: str
     html: str

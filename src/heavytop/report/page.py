@@ -1,4 +1,4 @@
-"""One page of results: what folders hold, as HTML that needs nothing else."""
+"""One page with the results in folders, as HTML that needs no other file."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ RAN_ON: Final = ("cpu", "python", "heavytop", "heyoka", "numpy", "scipy", "numba
 SYMBOLS: Final = (
     *ANGLES, "A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi", "period", "precession", "spin",
 )  # fmt: skip
-LEADING: Final = 4  # facts of a result that are read first
+LEADING: Final = 4  # facts of a result that are shown above its details
 
 # --- a result as a section -----------------------------------------------------------------------
 
@@ -55,14 +55,14 @@ class Section(NamedTuple):
     Attributes
     ----------
     name : str
-        What a page calls it: the path of its document below what all of them lie in.
+        Its name on the page: the path of its document in the folder that all of them are in.
     result : Result
     ident, heading : str
     facts, tables : tuple
-        What it says.
+        Its facts and its tables.
     pictures : tuple of Picture
     top : mapping or None
-        The frames of its top.
+        The frames of its top, for the player.
     """
 
     name: str
@@ -76,43 +76,43 @@ class Section(NamedTuple):
 
     @property
     def first_tables(self) -> list[Table]:
-        """The tables that are read first: one, or those that say FAIL; never a list of events."""
+        """The tables above the details: the first, or those with FAIL; never a list of events."""
         some = [table for table in self.tables if table.rows and table.first is None]
         return [table for table in some if table.fails] or some[:1]
 
     @property
     def other_tables(self) -> list[Table]:
-        """The tables that stand with the details."""
+        """The tables among the details."""
         return [each for each in self.tables if each.rows and each not in self.first_tables]
 
     @property
     def not_drawn(self) -> bool:
-        """Whether others of its kind have a figure, and this has none."""
+        """Whether results of its kind have figures, and this one has none."""
         from heavytop.plots.studies import RESULT_PICTURES
 
         return kind_of(self.result) in RESULT_PICTURES and not self.pictures
 
     @property
     def problems(self) -> list[str]:
-        """What is wrong with it."""
+        """The problems of the result, in words."""
         return [why for code, why in self.result.problems() if code != Exit.OK and why]
 
     @property
     def scene_file(self) -> str:
-        """Its scene as TOML; empty where it has but a top and a start, as in a study."""
+        """Its scene as TOML; empty where it has only a top and a start, as in a study."""
         scene = getattr(self.result, "scene", None) or {}
         return scene_text(scene) if "format" in scene else ""
 
 
 def _section(path: Path, name: str, number: int) -> Section:
-    """The section of a result, which has this number among those of its kind."""
+    """The section of the result with this number among those of its kind."""
     result = load_result(path)
     if isinstance(result, Drift) and first_line(path.parent):
         result = result.timed(Journal.read(path.parent))
     kind, scene = kind_of(result), getattr(result, "scene", None)
     with warnings.catch_warnings(), expect_intact(path):
-        for odd in (RuntimeWarning, UserWarning):  # of numbers that no picture can show
-            warnings.simplefilter("ignore", odd)
+        for category in (RuntimeWarning, UserWarning):  # about numbers that no picture can show
+            warnings.simplefilter("ignore", category)
         warnings.simplefilter("always", NotDrawnWarning)
         heading = f"{result.heading}: {scene.title or scene.name}" if scene else result.heading
         parts = tuple(result.facts()), tuple(result.tables())
@@ -133,7 +133,7 @@ def _pictures(result: Result) -> Iterator[Picture]:
 
 
 def _top(run: Any) -> Mapping[str, Any] | None:
-    """The frames of the top of a run, where its motion has them."""
+    """The frames of the top of a run; None without a run, or a closed form."""
     try:
         return None if run is None else frames(run)
     except NoClosedForm:
@@ -150,9 +150,9 @@ class Page:
     Attributes
     ----------
     sections : tuple of Section
-        What it says of each result.
+        The section of each result.
     command : str or None
-        What makes the page.
+        The command that made the page.
     """
 
     sections: tuple[Section, ...]
@@ -160,7 +160,7 @@ class Page:
 
     @property
     def title(self) -> str:
-        """The heading of its section, where there is but one; else how many there are."""
+        """The heading of its only section; else the number of results."""
         alone = len(self.sections) == 1
         return self.sections[0].heading if alone else f"{len(self.sections)} results"
 
@@ -172,7 +172,7 @@ class Page:
         return [f"{name} {' and '.join(some)}" for name, some in found.items() if some]
 
     def html(self) -> str:
-        """The page: one file, which asks no network for anything."""
+        """The HTML of the page: one file, which needs no network."""
         played = [{**each.top, "title": each.heading} for each in self.sections if each.top]
         about = any(getattr(each.result, "scene", None) for each in self.sections)
         top = tops(played) if played else None
@@ -203,7 +203,7 @@ def page_of(folders: Sequence[Path]) -> Page:
     sections = [_section(p, x, next(numbers[p.name])) for p, x in zip(paths, names, strict=True)]
     headings = Counter(section.heading for section in sections)
     for k, each in enumerate(sections):
-        if headings[each.heading] > 1:  # with their files
+        if headings[each.heading] > 1:  # equal headings get the names of their files
             sections[k] = each._replace(heading=f"{each.heading} ({each.name})")
     return Page(tuple(sections), typed())
 
@@ -273,7 +273,7 @@ def player_html(trajectory: Trajectory, **asked: float | None) -> str:
     return render("player_page.html", tops=tops([frames(trajectory, **asked)]))
 
 
-# --- templates: nothing in a text, in data or in a picture is taken for markup or a script --------
+# --- templates: nothing in texts, data or pictures is read as markup or run as a script -----------
 
 TEMPLATES: Final = Path(__file__).parent / "templates"
 PAGE_SCRIPTS: Final = ("player.js", "page.js")
@@ -285,15 +285,15 @@ POLICY: Final = (
 
 
 def render(template: str, scripts: Sequence[str] = PAGE_SCRIPTS, **values: Any) -> str:
-    """A template with its style and scripts: one file, which asks no network for anything."""
+    """A template with its style and scripts: one file, which needs no network."""
     blocks: Any = {"trim_blocks": True, "lstrip_blocks": True}
     jinja = Environment(autoescape=True, undefined=StrictUndefined, **blocks)
     jinja.loader = PackageLoader("heavytop.report")
     jinja.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
     texts = {name: (TEMPLATES / name).read_text("utf-8") for name in (*scripts, *STYLES)}
     values |= {name.replace(".", "_"): Markup(text) for name, text in texts.items()}
-    # No script may run on a page but its own, told by their fingerprints, whoever wrote another.
-    prints = (b64encode(sha256(texts[name].encode()).digest()).decode() for name in scripts)
-    allowed = " ".join(f"'sha256-{each}'" for each in prints)
+    # The policy of the page allows its own scripts alone, by their digests.
+    digests = (b64encode(sha256(texts[name].encode()).digest()).decode() for name in scripts)
+    allowed = " ".join(f"'sha256-{each}'" for each in digests)
     values |= {"symbols": map(QUANTITIES.get, SYMBOLS), "policy": POLICY.format(allowed)}
     return jinja.get_template(template).render(values)

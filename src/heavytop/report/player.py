@@ -1,4 +1,4 @@
-"""A run as data of a page: the top that turns."""
+"""The data of the player: the frames of a run, for a top that moves on a page."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from heavytop.plots.style import EVENT_STYLES, PATH
 from heavytop.scene.quantities import QUANTITIES
 
 FRAMES: Final = 1001
-LONGEST_S: Final = 40.0  # that are played, as much spin as can be followed in these
-MOST_MARKS: Final = 200
+LONGEST_S: Final = 40.0  # of playing, unless it is asked otherwise
+MOST_MARKS: Final = 200  # marks of events
 
 
 def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:
-    """What a player takes: runs, how events and paths are drawn in every figure, and units."""
+    """The data of a player: runs, the styles of events and paths, and units."""
     marks = {kind: mark._asdict() for kind, mark in EVENT_STYLES.items()}
     units = {name: QUANTITIES[name].shown for name in ("t", "theta")}
     return {"runs": runs, "marks": marks, "path": PATH, "units": units}
@@ -30,10 +30,10 @@ def frames(
     """The frames of a run, or of a motion, at even steps from its start to ``end`` [s].
 
     ``quaternion``, body to space and scalar first, and ``momentum``, the angular momentum over its
-    largest size, are float32 in base64; ``spin`` is by how much ψ changes [rad], ``precession`` by
-    how much φ does on average, ``theta`` the tilts between which the axis stays, ``shape`` C/A and
-    on which side of the pivot the centre of mass is (1, −1 or 0), ``seconds`` how long it is
-    played, if that was asked, and ``notes`` says what is played where it is not the run.
+    largest size, are float32 in base64; ``spin`` is the change of ψ [rad], ``precession`` the mean
+    rate of φ times the time [rad], ``theta`` the least and the greatest tilt, ``shape`` C/A and the
+    side of the pivot where the centre of mass is (1, −1 or 0), ``seconds`` the time of playing, if
+    `speed` is given, and ``notes`` say where the motion differs from the run.
     """
     run = DrawnRun.of(thing, PERIODS)
     top, end = run.motion.top, run.end
@@ -69,4 +69,5 @@ def frames(
 
 
 def _pack(rows: Any) -> str:
+    """Numbers as float32 in base64."""
     return b64encode(np.asarray(rows, "<f4").tobytes()).decode("ascii")
