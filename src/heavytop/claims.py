@@ -152,8 +152,7 @@ def claim(
         paragraph = " ".join((measure.__doc__ or "").partition("\n\n")[0].split())
         statement = paragraph.removesuffix(".").format(*given.get("of", ()))
         key = name or re.sub(r"(?<=\d)_(?=\d)", ".", measure.__name__).replace("_", "-")
-        found = key, measure, statement, authority, float(bound), reason, holds
-        register(Claim(*found, **given))
+        register(Claim(key, measure, statement, authority, float(bound), reason, holds, **given))
         return measure
 
     return add

@@ -197,8 +197,7 @@ def rows(starts: Starts) -> tuple[Any, ...]:
     for angle, size in ((precession, turned), (spin, turned + abs(uniform))):
         reliable = reliable & (n.error * size <= PROMISED * np.maximum(1.0, abs(angle)))
     tilts = [tilt(n.sign, minus, plus) for plus, minus in (n.at_u1, n.at_u2)]
-    ends = np.minimum(*tilts), np.maximum(*tilts)
-    return *ends, starts.A * period, precession, spin, reliable
+    return np.minimum(*tilts), np.maximum(*tilts), starts.A * period, precession, spin, reliable
 
 
 class Nutations:

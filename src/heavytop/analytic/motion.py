@@ -122,8 +122,7 @@ class ClosedForm(Refined):
             passes = not (self.regime.misses_top and self.regime.misses_bottom)
             if passes or not self.vanishes("cusp_number"):
                 return False
-        side = self.refine("P+ P-", lambda c: sign_of(c.P[0] * c.P[1], "P+ or P- and 0"))
-        return bool(side < 0)
+        return self.refine("P+ P-", lambda c: sign_of(c.P[0] * c.P[1], "P+ or P- and 0")) < 0
 
     def energy(self, digits: int) -> Number:
         """E [J]; nan where the moments are not known.

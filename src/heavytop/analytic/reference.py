@@ -167,10 +167,9 @@ def reference(
     motion = Motion(scene.top, scene.start)
     motion.require_proof()
     names = [name for _, names in wanted for name in names]
-    numbers = (motion.reader(t, digits + PROVED_DIGITS) for t in exact)
     cells = [
         [Interval.of(x).rounded(digits) for name in names for x in balls_in(number(name))]
-        for number in numbers
+        for number in (motion.reader(t, digits + PROVED_DIGITS) for t in exact)
     ]
     header = (column for columns, _ in wanted for column in columns)
     columns = {"t": tuple(map(exact_text, exact))}
@@ -196,8 +195,7 @@ def read_request(
     readers: dict[str, Reader] = {"times": times_of, "digits": digits_read}
     options, wrong = parse_options(file, {"times": times, "digits": digits}, readers)
     wanted, unknown = parse_names(file, "quantities", quantities, one_of(EVENT_QUANTITIES))
-    known = {x: x for x in EVENTS}
-    kinds, strange = parse_names(file, "events", events, one_of(known), least=0)
+    kinds, strange = parse_names(file, "events", events, one_of({x: x for x in EVENTS}), least=0)
     if scene.top.C == 0 and not (wrong or unknown) and (spun := {*quantities} - UNSPUN):
         rule = f"a point mass (C = 0) has no {' and no '.join(sorted(spun))}"
         strange = [*strange, Fault(file, None, "quantities", ", ".join(quantities), rule)]

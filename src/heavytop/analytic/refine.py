@@ -177,8 +177,7 @@ class Refined:
         """The constants in balls of a precision, which must be the working precision."""
         if bits not in self._cache:
             given = self._start if bits == FEW_BITS else self.source.reduced(bits)
-            angles = self.source.angles(bits)
-            self._cache[bits] = Constants(given, angles, self.regime, bits)
+            self._cache[bits] = Constants(given, self.source.angles(bits), self.regime, bits)
         found: Constants = self._cache[bits]
         return found
 

@@ -297,5 +297,4 @@ def _excursion(flow: Flow, points: Points, width: Array, V: Array, A: Array, spa
     rates = np.array(flow.system.rates([*points.states], np.ones_like(points.since)))
     own = rates[: CERTIFIED[flow.form.name].read]
     half, speed = width / 2, np.sqrt((own * own).sum(axis=0))
-    path = np.minimum(V * half, speed * half + A * half**2 / 2)
-    return UP * (path + spare), rates
+    return UP * (np.minimum(V * half, speed * half + A * half**2 / 2) + spare), rates

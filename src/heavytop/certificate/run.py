@@ -123,8 +123,7 @@ def _time_error(start: Checkpoint, kept: Polynomials, pace: float, block: float)
     second = np.where(kept.restarted == 0, 0.0, np.where(leg < np.abs(kept.restarted), 1.0, 2.0))
     off = UNIT * (first * since + second * leg + 2 * np.abs(kept.length))
     off[:1] += 0.0 if start.time == (0.0, 0.0) else 4 * UNIT * block
-    last_leg = np.abs(np.diff(kept.restarted, prepend=0.0))  # 0 but where a leg begins
-    off += 4 * UNIT * last_leg
+    off += 4 * UNIT * np.abs(np.diff(kept.restarted, prepend=0.0))  # 0 except where a leg begins
     return np.asarray(off * (1 + 1e-9))
 
 

@@ -285,8 +285,7 @@ def _turn_spin(c: Comparison) -> Variants:
     """Yield the data with ψ counted from the package's mark on the body."""
     if turn := _offset(c, "psi"):
         turned = _turn_axes(c, IDENTITY, _rotation_about(turn))
-        data = _apply(turned, {"psi": lambda psi: psi + turn})
-        yield Variant(f"{np.degrees(turn):.4g}°", data)
+        yield Variant(f"{np.degrees(turn):.4g}°", _apply(turned, {"psi": lambda psi: psi + turn}))
 
 
 def _take_spin_off(c: Comparison) -> Variants:

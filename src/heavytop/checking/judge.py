@@ -123,10 +123,8 @@ def check(
     t = given.values["t"]
     charted = {"t": t, **curves, "phase_t": phase.t, "phase": phase.shifts}
     sizes = {name: _size(t, curve) for name, curve in curves.items()}
-    rms = {
-        "error_before": _rms_error(comparison),
-        "error_after": max(_rms_error(judged) or 0.0, UNIT),
-    }
+    before, after = _rms_error(comparison), max(_rms_error(judged) or 0.0, UNIT)
+    rms = {"error_before": before, "error_after": after}
     slips = [{"name": x.name, "sentence": x.sentence, **rms} for x in conventions]
     return Check(
         scene={"name": given.name, "title": "", **_problem_of(judged)},

@@ -103,8 +103,7 @@ def _detail(signs: SceneSigns, kind: Kind) -> tuple[int | None, tuple[str, ...],
 
 def _tags(signs: SceneSigns, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The tags that hold, and those that could be neither proved nor disproved."""
-    holding: list[str] = []
-    unknown: list[str] = []
+    holding, unknown = list[str](), list[str]()
     for name, tag in TAGS.items():
         fits = signs.fit(tag) if kind in tag.kinds else kinds.CERTAINLY_NOT
         try:
@@ -212,8 +211,7 @@ class SceneSigns(kinds.Signs):
     def sign(self, number: Criterion) -> kinds.Sign:
         """The sign of a number: 1, -1, 0 where that is proved, or None."""
         if (found := self._found.get(number)) is None:
-            side = self.source.sign(number.value, self.balls)
-            found = self._found[number] = _SIGNS[side]
+            found = self._found[number] = _SIGNS[self.source.sign(number.value, self.balls)]
         return found
 
     def product(self, *numbers: Criterion) -> int:
@@ -238,8 +236,7 @@ def reason(signs: SceneSigns, rule: Rule, side: int | None) -> str:
 
     `side` is the sign of the product of the detail, None where there is none or it is undecided.
     """
-    decided = " and ".join(_conditions(signs, rule))
-    text = f"{decided}: {rule.kind.so}"
+    text = f"{' and '.join(_conditions(signs, rule))}: {rule.kind.so}"
     if side is None:
         return text
     names, _, shown = KIND_DETAILS[rule.kind]

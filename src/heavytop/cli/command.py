@@ -289,8 +289,7 @@ def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figur
         with answer.held:
             if isinstance(found, Result) and folder is not None and not found.files:
                 first, drawn = None if option("json") else show, figures and answer.figures
-                files = write_result(found, folder, figures=drawn, show=first)
-                found = replace(found, files=files)
+                found = replace(found, files=write_result(found, folder, figures=drawn, show=first))
         if path is not None and not isinstance(found, str):
             found.save(path)
     except (errors.StoppedEarly, OSError) as fault:

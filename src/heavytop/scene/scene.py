@@ -336,8 +336,7 @@ def _refuse_line(where: str, text: str, message: str) -> NoReturn:
 
 def _hint_at_scene(path: Path) -> str:
     """A hint for the message about an unknown name: the existing scene with the nearest name."""
-    in_folder = sorted(file.stem for file in path.parent.glob("*.toml"))
-    if similar := closest(path.stem, in_folder):
+    if similar := closest(path.stem, sorted(file.stem for file in path.parent.glob("*.toml"))):
         return f'did you mean "{path.with_name(similar + ".toml")}"?'
     return nearest(path.stem, shipped_names()) or "heavytop scenes lists those that are shipped"
 
