@@ -320,7 +320,7 @@ class Motion(Played, ClosedForm):
 
     @property
     def tags(self) -> tuple[str, ...]:
-        """The tags of the verdict: special properties of the motion beside its kind."""
+        """The tags of the verdict, special properties of the motion beside its kind."""
         return self.verdict.tags
 
     @property
