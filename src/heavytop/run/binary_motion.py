@@ -1,7 +1,8 @@
-"""A run's own numbers, each rounded once from the exact one of its scene, and their motion.
+"""The binary numbers from which a run starts, and their exact motion.
 
-The run is that of the rounded ones. What a state of any formulation stands for is said here in
-numbers that a closed form begins with, exactly where it can be.
+Every constant and state is rounded once from the exact number of the scene; a run is compared with
+the motion of the rounded numbers. Here a state of any formulation is translated, exactly where that
+is possible, into the numbers from which a closed form starts.
 """
 
 from __future__ import annotations
@@ -42,29 +43,29 @@ from heavytop.scene.scene import Scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-ROOT_DIGITS = 40  # of roots that a motion in doubles is known by
-OWN_SPARE_DIGITS = 10  # beyond those of a run in more digits
-FEW_IN_DIGITS = 16  # samples and events that stand for all, where a closed form takes long
-SPREAD_TIMES, LATE_TIMES = 64, 16  # over the span and over the last period: there runs are compared
+ROOT_DIGITS = 40  # of square roots in the motion of a run in doubles
+OWN_SPARE_DIGITS = 10  # of the exact motion, beyond those of a run in more digits than doubles
+FEW_IN_DIGITS = 16  # samples and events compared in more digits, where a closed form takes long
+SPREAD_TIMES, LATE_TIMES = 64, 16  # at which runs are compared: over the span, the last period
 
 
 def start_values(scene: Scene) -> dict[str, Exact]:
-    """The exact numbers of a scene by the symbols of the Lagrangian."""
+    """The exact numbers of a scene by the names of the Lagrangian's symbols."""
     of_top = {name: getattr(scene.top, name) for name in ("A", "C", "gMR")}
     names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
     return of_top | {name: getattr(scene.start, name) for name in names}
 
 
 def integrator_of(chosen: Plan, constants: dict[str, Any], start: Checkpoint) -> Integrator:
-    """Return what takes the steps of a plan's run from a start."""
+    """Return the integrator of a plan, set up for the constants and the start of a run."""
     bits = bits_of(chosen.precision)
     watched, tolerance = (chosen.watched, chosen.tolerance) if bits == DOUBLE else ((), EPSILON)
-    found = engine(chosen.equations, watched, tolerance, bits)
-    return Integrator(found, constants, start.state, projected=chosen.projected)
+    compiled = engine(chosen.equations, watched, tolerance, bits)
+    return Integrator(compiled, constants, start.state, projected=chosen.projected)
 
 
 def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, Any], Checkpoint]:
-    """Return a run's own numbers: every constant and state rounded once from the exact one."""
+    """Return the constants and the start of a run, each rounded once from the exact number."""
     form, bits, numbers = chosen.equations, bits_of(chosen.precision), start_values(scene)
     number = number_of(bits)
     if bits == DOUBLE:
@@ -81,19 +82,19 @@ def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, Any], Checkpoint
 
 @cache
 def _binary_numbers(form: Formulation) -> Rounded:
-    """Return the constants and the start of a formulation, as functions of a scene's numbers."""
+    """Return the function from a scene's numbers to a formulation's constants and start."""
     return Rounded((*form.parameters.values(), *form.start))
 
 
-# --- the motion that they define -----------------------------------------------------------------
+# --- the exact motion of these numbers -----------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
 class BinaryMotion:
-    """The exact motion of a run's own numbers, through the poles that the scene's passes.
+    """The exact motion of a run's binary numbers, taken through the poles that the scene passes.
 
-    Rounding the start puts the axis beside them. A run turns there as the exact numbers do, and so
-    must what it is compared with.
+    A rounded start makes the axis pass beside these poles. In the run φ and ψ turn there as for the
+    exact numbers, and so they must in the motion with which it is compared.
     """
 
     plan: Plan
@@ -103,7 +104,7 @@ class BinaryMotion:
 
     @cached_property
     def closed_form(self) -> ClosedForm:
-        """It, to any digits; a NoClosedForm where there is none."""
+        """The motion to any digits; raises NoClosedForm where there is none."""
         constants, state = self.constants, self.start.tolist()
         digits, bits = ROOT_DIGITS, precision(state[0])
         if bits > DOUBLE:
@@ -118,7 +119,7 @@ class BinaryMotion:
         return ClosedForm(PassingMotion(source, top, bottom) if top or bottom else source)
 
     def at(self, seen: TimedStates) -> Any:
-        """Return it in doubles at the times of some states, or None where there is none."""
+        """Return the motion in doubles at the times of some states, or None where there is none."""
         t = seen.t.astype(float)
         low = seen.t - t + seen.t_low  # of more digits: at a pole phi jumps within their rounding
         try:
@@ -132,13 +133,12 @@ def motion_of(
 ) -> ReducedMotion:
     """Return the motion through a state of a plan's formulation, given as numbers of any kind.
 
-    Where it is known by roots of them these are taken to as many digits.
+    Sines, cosines, arctangents and square roots of them are computed to so many digits, the rest
+    exactly.
     """
     form = plan.equations
-    names = (symbol.name for symbol in form.states)
-    given = (*parameters.items(), *zip(names, state, strict=True))
-    known = {name: fmpq_of(x) for name, x in given}
-    values = _reader_of(form, digits)(*[known[x.name] for x in (*form.states, *form.parameters)])
+    arguments = (*state, *(parameters[symbol.name] for symbol in form.parameters))
+    values = _reader_of(form, digits)(*map(fmpq_of, arguments))
     read = SimpleNamespace(**dict(zip(form.reading, values, strict=True)))
     if "w" in form.reading:
         return _from_height(read, context(digits))
@@ -152,7 +152,7 @@ def motion_of(
 
 @cache
 def _reader_of(form: Formulation, digits: int) -> Any:
-    """What a formulation reads its motion from, as a function of rational numbers."""
+    """The `reading` of a formulation as a function of rational states and parameters."""
     ctx, arguments = context(digits), (*form.states, *form.parameters)
 
     def rounded(name: str) -> Any:
@@ -164,9 +164,9 @@ def _reader_of(form: Formulation, digits: int) -> Any:
 
 
 def _from_height(read: Any, ctx: Context) -> ReducedMotion:
-    """The motion from ẅ = k₀ + k₁ w + k₂ w² through w and ẇ, as the run integrates it.
+    """The motion of a run in the cubic form, ẅ = k₀ + k₁ w + k₂ w², through w and ẇ.
 
-    At w = 0 and w = 2 the cubic that is ẇ² has the values −P² and −(P + 2 side n)².
+    ẇ² is a cubic in w, whose values at w = 0 and w = 2 are −P² and −(P + 2 side n)².
     """
     w, wdot, side, k = read.w, read.wdot, read.side, (read.k_0, read.k_1, read.k_2)
 
@@ -195,7 +195,7 @@ def _from_height(read: Any, ctx: Context) -> ReducedMotion:
 
 @dataclass(frozen=True, slots=True)
 class SomeRows:
-    """Some rows of a record's columns, each taken when it is read."""
+    """Some rows of a record; a column is cut out when it is read."""
 
     record: Any
     rows: Any
@@ -206,7 +206,7 @@ class SomeRows:
 
 @dataclass(frozen=True, slots=True)
 class Records:
-    """Records of a closed form at single times, as columns of mpmath's numbers."""
+    """Records of a closed form, one for each time, read as columns of mpmath's numbers."""
 
     records: tuple[Any, ...]
 
@@ -215,7 +215,7 @@ class Records:
 
 
 def spread_places(count: int, most: int = FEW_IN_DIGITS) -> NDArray[np.intp]:
-    """Return the places of some of so many, evenly spaced, the last among them."""
+    """Return at most `most` evenly spaced indices out of `count`, the last among them."""
     every = max(1, -(-count // most))
     return np.arange((count - 1) % every, count, every)
 

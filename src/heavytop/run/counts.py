@@ -1,9 +1,9 @@
-"""How many turning points, reversals and cusps a motion has, and when, by the closed form.
+"""Numbers and times of turning points, reversals and cusps, by the closed form.
 
-Where a nutation is smaller than the rounding of doubles, what an integrator counts is noise. What
-the exact numbers say is counted without one: turning points are half a period apart, a reversal
-lies in every half nutation of a motion with loops, a cusp in every whole one with cusps. An axis
-that tends to the vertical turns once.
+No integrator takes part: where a nutation is smaller than the rounding of doubles, its counts are
+noise. Turning points are half a period apart; motions with loops have a reversal in every half
+nutation, motions with cusps a cusp in every whole one. An axis that tends to the vertical turns
+once.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Counts = Mapping[str, tuple[int, int]]
 def count_events(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts | None:
     """The least and the greatest number of turning points, reversals and cusps from 0 to a time.
 
-    They differ where one lies within a billionth of the span and of a period of its end.
+    They differ where an event is within a billionth of the span and of a period from the end.
 
     Parameters
     ----------
@@ -72,8 +72,8 @@ def count_events(motion: Motion, end: float, asked: Collection[str] = EVENTS) ->
 def count_exactly(motion: Motion, end: Number, asked: Collection[str]) -> dict[str, int]:
     """How many turning points, reversals and cusps there are from 0 to a time, both included.
 
-    One that is not `AT_END` of a period from it is at it. None are counted where the kind is not
-    decided.
+    An event less than `AT_END` of a period from the end counts as at it. The mapping is empty where
+    the kind of motion is not decided.
 
     Examples
     --------
@@ -91,7 +91,7 @@ def count_exactly(motion: Motion, end: Number, asked: Collection[str]) -> dict[s
 def schedule(
     motion: Motion, end: Number, asked: Collection[str], digits: int
 ) -> list[tuple[str, Number]]:
-    """The kinds and the times of the events from 0 to a time, for a run to be asked near them.
+    """The kinds and times of the events from 0 to a time, where a run looks for its own.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def schedule(
 
 
 def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator[str]:
-    """What was counted differently, in words; what was not asked for is not held."""
+    """Yield in words which counts differ from the expected ones; None is not compared."""
     for name, (least, most) in expected.items():
         found = counted.get(name)
         if found is not None and not least <= found <= most:
@@ -128,20 +128,20 @@ def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator
 
 
 def _counts(motion: Motion, end: Any, slack: Any, asked: Collection[str]) -> dict[str, int]:
-    """How many events there are from the start to about an end, by name."""
+    """The number of events from the start to an end that is moved outwards by a slack, by name."""
     span = _span(end, slack)
     return {name: motion.events(name).count(*span) for name in KINDS_OF if name in asked}
 
 
 def _span(end: Any, slack: Any) -> tuple[Fraction, Fraction]:
-    """The least and the greatest time of a span, at whose start an event is exactly at 0."""
+    """The exact limits of a span: 0, where an event at the start is, and the end moved outwards."""
     start, reach = Fraction(0), max(abs(rational_value(end)) + rational_value(slack), Fraction(0))
     return (start, reach) if end >= 0 else (-reach, start)
 
 
 def _is_doubtful(motion: Motion) -> bool:
-    """Tell whether it is not proved what happens, cusps among it."""
-    _ = motion.cusps  # which may be doubted too
+    """Tell whether the kind of motion, or whether it has cusps, is not proved."""
+    _ = motion.cusps  # reading it may add a doubt
     return motion.doubt is not None
 
 

@@ -43,13 +43,13 @@ class Ensemble:
     Attributes
     ----------
     shape : tuple of int
-        The common shape of what was given; everything else is in a row of its length, k.
+        The common shape of the arguments; all other arrays are flat, of length k.
     formulation : Formulation
         The equations.
     parameters : mapping from str to ndarray
         The parameters in them, by name, each of shape (k,).
     events : tuple of str
-        Which zeros were looked for.
+        The event functions whose zeros were looked for.
     end : ndarray, shape (k,)
         Ends [s].
     states : ndarray, shape (k, n)
@@ -57,10 +57,10 @@ class Ensemble:
     ending : ndarray of int, shape (k,)
         Codes of how each ended; `outcomes` has the words.
     zeros : Zeros
-        Zeros of the events asked for: which top, which event, and when; a start or an end exactly
+        Zeros of these event functions: which top, which event, and when; a start or an end exactly
         on an event counts.
     digits : int
-        How many are asked for.
+        How many decimal digits are wanted.
     start : mapping from str to ndarray
         The starts, by name, each of shape (k,).
     """
@@ -82,24 +82,24 @@ class Ensemble:
 
     @cached_property
     def error(self) -> Array:
-        """How far off the closed form of the start the axis is at the end, and θ [rad], shape (k,).
+        """Distance from the closed form of the start at the end, shape (k,).
 
-        Of the axis it is a length, and the larger of the two; nan where the end was not reached,
-        or there is no closed form. What `final`, this and `missed` need of the closed form is
-        computed when one of them is first read: in arrays, whose own rounding leaves some 1e-15 in
-        each period; where that leaves open whether a top has its `digits`, and where it has not,
-        by `heavytop.Motion`, one by one, which takes far longer.
+        It is the larger of the distance of the axis (a length) and that of θ [rad]; nan where the
+        end was not reached, or there is no closed form. The closed form, which `final` and `missed`
+        need too, is computed when one of them is first read: in arrays, whose own rounding leaves
+        some 1e-15 in each period; where that leaves open whether a top has its `digits`, and where
+        it has not, by `heavytop.Motion`, one by one, which takes far longer.
         """
         return self._error_of(self.final, self._exact)
 
     @cached_property
     def missed(self) -> Mask:
-        """Which tops do not have what is asked, shape (k,).
+        """Which tops miss their digits or events, shape (k,).
 
         The end was not reached, `error` is more than 10^-digits max(1, θ), φ or ψ lacks a turn, the
-        number of an event is not that of the closed form, or there is none. An event within a
-        billionth of the span and of a period of the end may be on either side. Times of events are
-        not compared, nor digits of φ and ψ but for those of the axis.
+        number of an event is not that of the closed form, or there is no closed form. An event
+        within a billionth of the span and of a period of the end may be on either side. Times of
+        events are not compared, nor digits of φ and ψ but for those of the axis.
         """
         run, exact = self.final, self._exact
         missed = ~self._has_digits(self.error + exact.doubt, run)
@@ -116,7 +116,7 @@ class Ensemble:
     def _exact(self) -> Ends:
         """The closed form at the ends, by `Motion` where the arrays do not show a run to be right.
 
-        So what is said to be off is so by numbers known to all their digits.
+        A top is therefore called wrong only by numbers that are known to all their digits.
         """
         found, run = ends_many(self.start, self.end), self._sample()
         shown = self._has_digits(self._error_of(run, found) + found.doubt, run)
@@ -128,15 +128,15 @@ class Ensemble:
         return found
 
     def _motion(self, i: int) -> Motion:
-        """The motion of one top."""
+        """The exact motion of one top."""
         return Motion(*InputArrays(self.start).one(i))
 
     def _has_digits(self, error: Array, run: Sample) -> Mask:
-        """Where a run has its digits; not where that is not known."""
+        """Where a run has its digits; False where the error is nan."""
         return error <= 10.0**-self.digits * np.fmax(1.0, run.theta)
 
     def _error_of(self, run: Sample, exact: Ends) -> Array:
-        """How far off the axis of a run is, or its θ."""
+        """The larger of the errors of the axis, a length, and of θ [rad]."""
         sine, phi = np.sin(exact.theta), exact.phi
         axis = np.stack((sine * np.sin(phi), -sine * np.cos(phi), np.cos(exact.theta)), axis=-1)
         across: Array = np.linalg.norm(run.axis - axis, axis=-1)
@@ -167,7 +167,7 @@ class Ensemble:
         return replace(run, psi=psi)
 
     def count(self, event: str) -> NDArray[np.int64]:
-        """How many zeros of an event function each top met, shape (k,).
+        """The number of zeros of an event function, for each top, shape (k,).
 
         Parameters
         ----------
@@ -274,12 +274,11 @@ def propagate_many(
     }  # fmt: skip
     with gather() as attempt:
         digits = attempt(integer, "digits", digits, 1, DOUBLE_DIGITS)
-        jobs = (
-            None if jobs is None else attempt(arguments.read_argument, "jobs", jobs, arguments.JOBS)
-        )
-        asked = attempt(_choose_form, formulation, events)
+        if jobs is not None:
+            jobs = attempt(arguments.read_argument, "jobs", jobs, arguments.JOBS)
+        form_and_events = attempt(_choose_form, formulation, events)
         given = attempt(with_spin, given, psidot, omega3)
-    (form, sought), columns = asked, InputArrays(given)
+    (form, watched), columns = form_and_events, InputArrays(given)
     start = columns.full()
     end = start.pop("time")
     if "omega3" in start:
@@ -287,16 +286,16 @@ def propagate_many(
     broken = is_impossible(start["A"], start["C"], start["theta"])
     start["theta"] = np.where(broken, np.nan, start["theta"])  # such a lane is singular
     begun, parameters = _binary(form, start)
-    zeros = [Expected.of(event, start) for event in sought]
-    shorts = (np.where(each.risky, each.short, np.inf) for each in zeros)
+    expected = [Expected.of(event, start) for event in watched]
+    shorts = (np.where(each.risky, each.short, np.inf) for each in expected)
     first = np.min([np.full(end.shape, np.inf), *shorts], axis=0)
-    journey = Batch(form, sought, begun, parameters, (end, first), MOST_STEPS)
-    run = Ensemble(columns.shape, form, parameters, sought, end, *journey.run(jobs), digits, start)
-    return replace(run, zeros=filter_zeros(run, zeros)) if sought else run
+    batch = Batch(form, watched, begun, parameters, (end, first), MOST_STEPS)
+    run = Ensemble(columns.shape, form, parameters, watched, end, *batch.run(jobs), digits, start)
+    return replace(run, zeros=filter_zeros(run, expected)) if watched else run
 
 
 def _choose_form(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[str, ...]]:
-    """The formulation of a name, with φ and ψ if it can, and events that it has, if they are."""
+    """The formulation of a name, with φ and ψ where it can have them, and the names of events."""
     forms = {"formulation": one_of(FORMULATIONS)}
     found, faults = parse_options(ENSEMBLE_NAME, {"formulation": formulation}, forms)
     known = {event: event for event in ("turning", "reversal")}
@@ -307,8 +306,8 @@ def _choose_form(formulation: str, events: Sequence[str]) -> tuple[Formulation, 
 
 
 def _binary(form: Formulation, start: Arrays) -> tuple[Array, dict[str, Array]]:
-    """States at the start (k, n) and constants (k,) by name."""
-    with np.errstate(all="ignore"):  # what is no number is found out lane by lane
+    """States at the start, shape (k, n), and constants by name, shape (k,)."""
+    with np.errstate(all="ignore"):  # `Batch` finds out lane by lane what is no number
         values = _start_function(form)(*(start[symbol.name] for symbol in _SYMBOLS))
         momenta = pole_momenta(start) if form.phi_wraps else {}
     rows = [np.broadcast_to(np.asarray(x, dtype=float), start["A"].shape) for x in values]
@@ -324,15 +323,15 @@ def _start_function(form: Formulation) -> Any:
 
 
 def _frame(form: Formulation, start: Arrays) -> dict[str, Array]:
-    """Mean rates, which quadratures of φ and ψ are freed from; those of the start if there is none.
+    """Mean rates, subtracted from the quadratures of φ and ψ; without them the rates of the start.
 
-    Any are right, as in `propagate`.
+    Any rates give the same motion, as in `propagate`.
     """
     if not form.given:
         return {}
     nutating: Any = {name: x for name, x in start.items() if name not in ("phi", "psi")}
     found = motions_many(**nutating)
     means = found.precession / found.period, found.spin / found.period
-    own = start["phidot"], start["psidot"]
-    rates = (np.where(np.isfinite(x), x, y) for x, y in zip(means, own, strict=True))
+    at_start = start["phidot"], start["psidot"]
+    rates = (np.where(np.isfinite(x), x, y) for x, y in zip(means, at_start, strict=True))
     return dict(zip((rate.name for rate in form.given), rates, strict=True))

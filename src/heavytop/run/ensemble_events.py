@@ -1,4 +1,4 @@
-"""Events of many tops: which there can be, exactly at the start and at the end, and how many."""
+"""Events of many tops: what is known of them beforehand, which zeros count, and true numbers."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
     from heavytop.run.ensemble import Ensemble
 
 
-SMALL_NUTATION = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
-SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
+SMALL_NUTATION = 1e-3  # rad: only of a smaller nutation a step may hold two turning points
+SHORT = 0.1  # of the shortest time scale: so soon after an event there is no other
 
 
 class Expected(NamedTuple):
-    """What is known of an event before anything is integrated.
+    """What is known of the events of one kind before anything is integrated.
 
     Attributes
     ----------
     never, begins : ndarray of bool, shape (k,)
-        Where there is exactly none, and where the start is exactly one.
+        Which tops never have this event, and which start exactly at one.
     risky : ndarray of bool, shape (k,)
-        Where from the start a step may reach another one.
+        Which tops start at an event and may reach another one in the first step.
     short : ndarray, shape (k,)
-        A time after the start in which there is no other [s].
+        A time after the start in which there is no other event [s].
     rate : ndarray, shape (k,)
-        The largest rate in the motion, about [1/s].
+        About the largest rate of the motion [1/s].
     """
 
     never: Mask
@@ -49,7 +49,7 @@ class Expected(NamedTuple):
     @classmethod
     @np.errstate(all="ignore")  # of what is no number nothing is known
     def of(cls, event: str, start: Mapping[str, Array]) -> Expected:
-        """What is known of one from the starts."""
+        """What is known of one event function from the starts."""
         theta, thetadot, phidot = (start[name] for name in ("theta", "thetadot", "phidot"))
         sine, cosine, g = np.sin(theta), np.cos(theta), start["gMR"] / start["A"]
         b = start["C"] / start["A"] * (start["psidot"] + phidot * cosine)
@@ -68,7 +68,7 @@ class Expected(NamedTuple):
 
 
 def pole_momenta(start: Mapping[str, Array]) -> dict[str, Array]:
-    """(p_φ ± p_ψ)/A by terms of which something is left beside a pole, whose side they tell."""
+    """(p_φ ± p_ψ)/A, by terms that do not cancel beside a pole, so that the signs are right."""
     theta, phidot = start["theta"], start["phidot"]
     b = start["C"] / start["A"] * (start["psidot"] + phidot * np.cos(theta))
     drift = phidot * np.sin(theta) ** 2
@@ -77,10 +77,11 @@ def pole_momenta(start: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def filter_zeros(run: Ensemble, expected: list[Expected]) -> Zeros:
-    """The zeros that count: those exactly at the start or the end too, each once, and no others.
+    """The zeros that count, each once, with those exactly at the start or at the end.
 
-    What is at the start is known from the numbers given; it may be found beside it, or not at all.
-    One that rounding does not tell from the end, by a margin [s], is at the end.
+    Whether the start is an event follows from the arguments of `propagate_many`; the integrator may
+    find that zero beside the start, or not at all. A zero behind the end by less than its rounding,
+    `margin` [s], is at the end.
     """
     found, parts = run.zeros, []
     for code, (event, known) in enumerate(zip(run.events, expected, strict=True)):
@@ -103,7 +104,7 @@ def filter_zeros(run: Ensemble, expected: list[Expected]) -> Zeros:
 
 
 def count_bounds(motion: Motion, end: float, event: str) -> tuple[float, float]:
-    """The least and the greatest number of events; nan where that is not known."""
+    """The least and the greatest number of events from 0 to a time; nan where it is not known."""
     with suppress(HeavyTopError):
         if known := count_events(motion, end, (event,)):
             return known[event]

@@ -1,10 +1,9 @@
-"""What a run of a scene will take: a rule for its numbers, and its time from a table.
+"""Estimates of the error, the bits and the time of a run, with which a plan begins.
 
-Rounding takes phase away as the 3/2 power of the nutation periods, projected as their root and
-slowly in proportion; what is wanted is off by its rate times the phase that is lost. The rule is
-where a run begins: it is compared with the closed form, and taken again where that was too little.
-The numbers here and in the table of formulations are from ``validation/03_benchmarks.py`` and
-``18_long_runs.py``; ``validation/11_random_tops.py`` holds plans that follow against the others.
+Rounding takes phase away as the 3/2 power of the number of nutation periods; under projection as
+its root, and slowly in proportion. What is wanted is off by its rate times the lost phase. The
+numbers here and in the table of formulations are from ``validation/03_benchmarks.py`` and
+``18_long_runs.py``; ``validation/11_random_tops.py`` compares the plans that follow with others.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ MOST_TURNS: Final = 2.0**50  # of theta, phi or psi: beyond them a double does n
 
 
 class CostModel:
-    """What the runs of one scene take up to a time [s]."""
+    """Estimates for runs of one scene over a span [s]."""
 
     def __init__(self, scene: Scene, motion: Motion, span: float) -> None:
         self.scene, self.motion, self.span = scene, motion, span
@@ -54,7 +53,7 @@ class CostModel:
 
     @cached_property
     def bits_grown(self) -> float:
-        """By how many bits an error grows beside one in phase: near a separatrix, and on it."""
+        """Bits by which errors grow more than phase errors do, near a separatrix and on it."""
         if self.motion.growth is not None:
             return float(self.motion.growth) * abs(self.span) / math.log(2)
         beside = self.motion.refine("the modulus", lambda c: c.modulus and c.modulus[1].log(), 15)
@@ -62,17 +61,17 @@ class CostModel:
 
     @property
     def growth(self) -> float:
-        """How many times an error grows beside one in phase; a number still."""
+        """The factor of `bits_grown`, as a finite double."""
         return float(2.0 ** min(self.bits_grown, 1010.0))
 
     @cached_property
     def rate(self) -> float:
-        """A bound of the rates of the axis [rad/s]."""
+        """An upper bound of the rates of the axis [rad/s]."""
         r = self.reduced
         return float(abs(r.a) + abs(r.b) + math.sqrt(2 * (r.kinetic0 + 2 * abs(r.g))))
 
     def error(self, projected: bool) -> float:
-        """How far off a run in doubles may end, by the rule."""
+        """The estimated error at the end of a run in doubles."""
         count = self.periods
         lost = PLAIN_PHASE * count**1.5
         if projected:
@@ -82,10 +81,10 @@ class CostModel:
         return float(local + UNIT * self.growth * late * lost)
 
     def bits(self, formulation: str) -> int:
-        """Bits of the numbers of a run, so that the scene's digits are right at its end.
+        """Bits that a run takes for the scene's digits to be right at its end.
 
-        Steps are measured against the largest state, a rate; phase errors grow as the 3/2 power
-        of the time, and by 1/(1 − m) near a separatrix; on one errors grow exponentially.
+        The error of a step is relative to the largest state, a rate; phase errors grow as the 3/2
+        power of the time, and by 1/(1 − m) near a separatrix; on one errors grow exponentially.
         """
         lost = math.log2(1 + self.rate) + self.bits_grown - math.log2(self.sharpness)
         if self.motion.period:
@@ -95,27 +94,27 @@ class CostModel:
         return least_bits(self.scene.digits * math.log2(10) + PLAN_SPARE_BITS + lost)
 
     def seconds(self, formulation: str, projected: bool, bits: int) -> float:
-        """Time to integrate, without compiling and sampling [s]."""
-        entry, asked = FORMULATIONS[formulation], self.scene.events
-        each = entry.us
+        """Expected time of the steps, without compiling and sampling [s]."""
+        entry = FORMULATIONS[formulation]
+        us = entry.us  # a nutation period
         if entry.rates and self.need >= Need.PSI:
-            each += QUADRATURE_US
+            us += QUADRATURE_US
         if not entry.starts_at_pole:
             # time scales follow one another down to the pass, and back
-            each *= 1 - math.log10(max(min(self.nearest, 1.0), UNIT))
-        each *= (PROJECTED if projected else 1.0) * (EVENTS_FACTOR if asked else 1.0)
+            us *= 1 - math.log10(max(min(self.nearest, 1.0), UNIT))
+        us *= (PROJECTED if projected else 1.0) * (EVENTS_FACTOR if self.scene.events else 1.0)
         if bits > DOUBLE:
             bits = min(bits, MOST_TIMED)
-            each = 1e3 * MPFR_MS * (bits / 128) ** 2.2 * max(1.0, bits / CUBIC_BITS)
-        return float(1e-6 * each * self.periods)
+            us = 1e3 * MPFR_MS * (bits / 128) ** 2.2 * max(1.0, bits / CUBIC_BITS)
+        return float(1e-6 * us * self.periods)
 
     @cached_property
     def sharpness(self) -> float:
-        """How much of their digits the rates keep beside a pole; 1 where they are not wanted.
+        """The factor by which the relative accuracy of rates falls beside a pole.
 
-        There φ̇ and ψ̇ are P∓/(1 ∓ u) but for regular terms: the rounding of P∓ is divided by the
-        square of the distance where they are looked at, and the largest of the rates by the least
-        distance.
+        1 where rates are not wanted. Beside a pole φ̇ and ψ̇ are P∓/(1 ∓ u) but for regular terms:
+        the rounding of P∓ is divided by the square of the distance at the time of interest, and the
+        largest of the rates by the least distance.
         """
         if "rates" not in judged_quantities(self.scene.quantities):
             return 1.0
@@ -125,7 +124,7 @@ class CostModel:
 
 
 def periods_of(motion: Motion, span: float) -> float:
-    """How many nutation periods a span has; of what does not nutate, turns of what moves."""
+    """The number of nutation periods in a span; without nutation, of turns at the natural rate."""
     if motion.regime.steady and motion.kind == "at-rest":
         return 0.0
     if motion.period:
@@ -136,5 +135,5 @@ def periods_of(motion: Motion, span: float) -> float:
 
 
 def most_steps(motion: Motion, span: float) -> int:
-    """Steps that no sound run of so many seconds takes, by far."""
+    """A number of steps that is far above that of any sound run over a span [s]."""
     return int(SPARE_STEPS + STEPS_A_NUTATION * periods_of(motion, span))

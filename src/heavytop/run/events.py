@@ -1,9 +1,9 @@
-"""What happens on a run: turning points, reversals and cusps, as it found them and as they are.
+"""Events of a run: turning points, reversals and cusps.
 
-A cusp is a double root of phidot, where any root finder reports none, one or two zeros. It is
-therefore decided at the turning point, which is a simple root of thetadot, by the size of phidot
-there: against its rounding in doubles, against the digits that are wanted in more. The zeros of
-phidot around a cusp are its shadows and are dropped.
+At a cusp phidot has a double root, where a root finder may report none, one or two zeros. A cusp is
+therefore found at the turning point, a simple root of thetadot, by the size of phidot there: in
+doubles compared with its rounding, in more digits with those that are wanted. Zeros of phidot
+beside a cusp are no reversals and are dropped.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ FROM_STATES = ("theta", "phi", "phidot", "axis", "states")
 
 BLUR = 1e-9  # of a step: how far from an exact start its own zero may be found
 EDGE_LEVEL = 4.0  # ulp of the time, times the root of the number of turning points
-SPARE_IN_TIME: Final = 20  # digits of the times at which events are looked for
+SPARE_IN_TIME: Final = 20  # digits beyond the scene's, of times at which events are looked for
 
 
 class EventZeros(NamedTuple):
@@ -50,15 +50,15 @@ class EventZeros(NamedTuple):
     Attributes
     ----------
     place : ndarray of int, shape (k,)
-        Where among the readings of the run each is.
+        The index of each among the readings of the run.
     t, t_low : ndarray, shape (k,)
         Times [s], and their low words.
     level : ndarray, shape (k,)
-        Up to which phidot counts as zero.
+        The size up to which phidot counts as zero there.
     residual, slope : ndarray, shape (k,)
         The event function there, and its time derivative.
     turning : ndarray of bool, shape (k,)
-        Which are of thetadot.
+        Which are zeros of thetadot.
     """
 
     place: Places
@@ -73,7 +73,7 @@ class EventZeros(NamedTuple):
     def of(
         cls, run: Trajectory, event: str, at: Sample, place: Places, t_low: Array, level: Array
     ) -> EventZeros:
-        """Return those that are at some places of the readings of a run."""
+        """Return the zeros of an event function at some indices of the readings of a run."""
         t, states, form = at.t[place], at.states[place], run.orbit.integrator.formulation
         residual, slope = form_values(form, event, states, run.orbit.parameters, t)
         turning = np.full(t.size, event == "turning")
@@ -85,7 +85,7 @@ class EventZeros(NamedTuple):
         return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
     def where(self, index: Any) -> EventZeros:
-        """Return some of them."""
+        """Return those that an index, slice or mask selects."""
         return EventZeros(*[column[index] for column in self])
 
 
@@ -112,7 +112,7 @@ class Events:
     states : ndarray, shape (k, n)
         Full states of the formulation.
     place : ndarray of int, shape (k,)
-        Where each is among all times at which the run was seen.
+        The index of each among all times at which the run was recorded.
     asked : tuple of str
         The kinds of event the scene asked for.
     own : mapping from str to ndarray, or None
@@ -202,7 +202,7 @@ class Events:
 
 
 def events_of(trajectory: Trajectory) -> Events:
-    """Return the events that the scene of a trajectory asks for; none of one on its way."""
+    """Return the events that the scene asks for; none of a trajectory that is still on its way."""
     scene, motion = trajectory.scene, trajectory.motion
     if not (scene.events and trajectory.with_events):
         states = trajectory.orbit.samples.states[:0].astype(np.float64)
@@ -227,34 +227,34 @@ def events_of(trajectory: Trajectory) -> Events:
 
 
 def events_expected(trajectory: Trajectory) -> list[tuple[str, Any]]:
-    """Return kinds and times of events, in the numbers of a run that watches for none itself."""
+    """Return the exact kinds and times of events, rounded to numbers of the run."""
     scene, motion = trajectory.scene, trajectory.motion
     end = trajectory.orbit.end
     if trajectory.outcome is Outcome.FINISHED:
-        # an event there is told by digits beyond those of the times
+        # more digits than the times have tell whether an event is at the end
         end = exact_span(scene, motion, context(scene.digits + 2 * SPARE_IN_TIME))
     expected = schedule(motion, end, scene.events, scene.digits + SPARE_IN_TIME)
     return [(kind, trajectory.nearest(t)) for kind, t in expected]
 
 
 def zeros_expected(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
-    """Return turning points and reversals where the closed form has them, by Newton's method.
+    """Return readings and zeros of a run that watched for none, by Newton's method.
 
-    How many there are, of which kinds, and where to look it says. Their times and states, and
-    whether they are there at all, is for the run to say: what it does not resolve is none, and a
+    The closed form gives the kinds and the times from which Newton's method starts. Times and
+    states of the zeros are those of the run: an event that it does not resolve is left out, and a
     cusp whose phidot is not zero to the digits wanted is an ordinary turning point.
     """
     run, integrator = trajectory, trajectory.orbit.integrator
     form, known, number = integrator.formulation, run.orbit.parameters, integrator.engine.number
-    small, seen, cusps = number(10) ** -run.scene.digits, [], []
+    small, zeros, cusps = number(10) ** -run.scene.digits, [], []
     expected = events_expected(run)
     for event in EVENT_FUNCTIONS:
         here = [(kind, t) for kind, t in expected if kind in KINDS_OF[event]]
         t = np.array([t for _, t in here], integrator.engine.nothing.dtype)
-        zeros, there = newton_step(form, event, run.orbit.lookup(t), known, small)
-        seen.append(zeros)
-        cusps.append(np.array([kind == "cusp" for kind, _ in here], dtype=bool)[there])
-    at, is_cusp = run.read(TimedStates.join(seen)), np.concatenate(cusps)
+        found, resolved = newton_step(form, event, run.orbit.lookup(t), known, small)
+        zeros.append(found)
+        cusps.append(np.array([kind == "cusp" for kind, _ in here], dtype=bool)[resolved])
+    at, is_cusp = run.read(TimedStates.join(zeros)), np.concatenate(cusps)
     momentum = abs(form_values(form, "spin", at.states, known, at.t)[0])
     level = np.where(is_cusp, 2 * small * momentum / abs(np.sin(at.theta)), number("nan"))
     places = np.split(np.arange(at.t.size), [cusps[0].size])
@@ -269,7 +269,7 @@ def rates_at_poles(motion: Motion) -> dict[str, Exact]:
 
     In passing φ jumps by π; φ̇ = (p_φ − p_ψ u)/(A (1 − u²)) tends to p_ψ/2A at the top, where
     p_φ = p_ψ, and to −p_ψ/2A at the bottom. A run, which is off by its rounding, passes beside the
-    pole with any rate. They are told by kind of turning point, ``theta_min`` or ``theta_max``.
+    pole with any rate. Keys are the kinds of turning point, ``theta_min`` or ``theta_max``.
 
     Examples
     --------
@@ -288,11 +288,11 @@ def rates_at_poles(motion: Motion) -> dict[str, Exact]:
 
 
 def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
-    """Return the zeros of thetadot and of phidot that were found on the way.
+    """Return the readings of a run in doubles, and the zeros that its integrator found.
 
-    A start that is one comes first. The rounding of phidot = (a - b u)/sin^2, whose terms cancel
-    at a cusp, grows as the root of the steps. Where it is not small against b itself, near a pole,
-    it decides nothing: nan.
+    A start that is an event comes first. `level` is the rounding of phidot = (a - b u)/sin^2, whose
+    terms cancel at a cusp; it grows as the root of the steps. Where it is not small against b, near
+    a pole, it decides nothing and is nan.
     """
     orbit, scene, at = trajectory.orbit, trajectory.scene, trajectory.readings
     form, known, start = orbit.integrator.formulation, orbit.parameters, slice(1)
@@ -323,11 +323,12 @@ def _starts_at_event(scene: Scene, event: str) -> bool:
 
 
 def _zeros_in_span(zeros: EventZeros, begins: int, end: float, step: float) -> EventZeros:
-    """Return the zeros that belong to a run to `end` [s], those exactly at its edges included.
+    """Return the zeros of a run from 0 to `end` [s], both included.
 
-    One that rounding, of the time or of the event function, puts behind the end is at the end. A
-    start that is an event, the first of them, may be found again beside itself; `step` is a measure
-    of how fast things happen [s].
+    A zero that only rounding, of the time or of the event function, puts behind the end is at the
+    end. Where the start is an event (the first zero, `begins` = 1) the integrator may have found it
+    again beside the start; that one is left out. `step` is the mean step, a measure of how fast
+    things happen [s].
     """
     forward = 1.0 if end >= 0 else -1.0
     margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros.t.size - begins + 1.0)
@@ -339,13 +340,13 @@ def _zeros_in_span(zeros: EventZeros, begins: int, end: float, step: float) -> E
     if not begins:
         return kept
     residual, slope = float(kept.residual[0]), float(kept.slope[0])
-    apart = np.abs(t) > 16 * (abs(residual / slope) if slope else 0.0) + BLUR * step
-    apart[0] = True
-    return kept.where(apart)
+    distinct = np.abs(t) > 16 * (abs(residual / slope) if slope else 0.0) + BLUR * step
+    distinct[0] = True
+    return kept.where(distinct)
 
 
 def _clip_times(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
-    """Return times with none behind the end: what rounding put there goes into the low word."""
+    """Return times and low words; of a time behind the end the excess goes into the low word."""
     behind = np.abs(t) > abs(end)
     return np.where(behind, end, t), np.where(behind, (t - end) + t_low, t_low)
 
@@ -355,8 +356,8 @@ def _select(
 ) -> tuple[NDArray[Any], EventZeros]:
     """Return kinds and zeros of the events that are asked for, in the order of the run.
 
-    `phidot` is given at all places. A motion with cusps has no reversals: what is nearest to one is
-    its shadow.
+    `phidot` is given at all readings. A motion with cusps has no reversals: a zero of phidot whose
+    nearest turning point is a cusp is part of that (`shadow`).
     """
     turning, t = zeros.turning, np.abs(zeros.t)
     cusp = turning & (abs(phidot[zeros.place]) <= zeros.level)

@@ -1,4 +1,4 @@
-"""What every run of a scene has, and the run that integrates nothing: the exact motion."""
+"""The base class of runs, `Run`, and the run that integrates nothing: the exact motion."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-END_SPARE_DIGITS: Final = 20  # beyond those of the scene, so that what happens at the end is told
+END_SPARE_DIGITS: Final = 20  # beyond the scene's: enough to tell whether an event is at the end
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Run:
-    """What is known of the motion of a scene over its span, at its sample times.
+    """The motion of a scene over its span, at its sample times.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Run:
     if not TYPE_CHECKING:  # else no wrong name would be seen
 
         def __getattr__(self, name: str) -> Any:
-            """Another column at the sample times: rates, `omega`, or `reaction` [N], say."""
+            """Any other quantity at the sample times: rates, `omega`, `reaction` [N]."""
             if name not in QUANTITIES:
                 return self.__getattribute__(name)  # which says that there is no such thing
             return values_of(self.samples, name, self.motion)
@@ -122,7 +122,7 @@ class SceneMotion(Run):
 
     @cached_property
     def digits(self) -> int:
-        """Decimal digits that leave the scene's to what φ and ψ are beyond their whole turns."""
+        """Decimal digits that leave φ and ψ, less their whole turns, with those of the scene."""
         rate = self.motion.rate
         turned = (1 + abs(self.span) * rate) * (1 + rate)
         return min(
@@ -143,7 +143,7 @@ class SceneMotion(Run):
 
     @property
     def counts(self) -> dict[str, Any]:
-        """How many there are of each kind of event that the scene asks for."""
+        """The number of events of each kind that the scene asks for."""
         from heavytop.run.counts import count_exactly
 
         return count_exactly(self.motion, self.end.t, self.scene.events)

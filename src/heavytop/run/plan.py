@@ -1,4 +1,4 @@
-"""What will be integrated, over which span, and how; and what that cost."""
+"""The plan of a run, the span of its scene, and what the run cost."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ class Plan(Shown):
     formulation : str
         Name of the equations; ``none`` where nothing is integrated, and the closed form answers.
     variant : str or None
-        How the formulation has phi and psi: the axis form ``phi`` alone, or with psi by ``sigma``
-        or ``delta``; the subsystem, Routh's and the attitude form both as ``angles``. In the cubic
-        form the pole from which heights are measured.
+        How phi and psi are obtained. Axis form: ``phi`` (phi alone), ``sigma`` or ``delta`` (psi
+        too, by a quadrature); subsystem, Routh's and attitude form: ``angles`` (both). Cubic form:
+        the pole from which heights are measured.
     frame : tuple of (str, float)
-        Rates subtracted from quadratures, by parameter, to keep them bounded [rad/s].
+        Mean rates subtracted from quadratures, by parameter, to keep these bounded [rad/s].
     watched : tuple of str
-        Event functions in the integrator's loop.
+        Event functions whose zeros the integrator finds on its way.
     states : int
-        How many are integrated.
+        Number of states that are integrated.
     precision : str
         ``double``, or the bits of a significand, as in ``256 bits``.
     tolerance : float
@@ -40,13 +40,13 @@ class Plan(Shown):
     projected : bool
         Whether the state is put back onto its invariants every few steps.
     reasons, warnings : tuple of str
-        Why it is so, and what may disappoint, each in words.
+        Why the plan is as it is, and what may go wrong, in words.
     seconds : float
-        The time that its steps are expected to take [s].
+        The time that the steps are expected to take [s].
     tried : tuple of str
-        What was run before and missed its digits, in words.
+        Plans that were run before, and which digits they missed, in words.
     auto : bool
-        Whether a run that misses its digits is taken again by a better plan.
+        Whether a run that misses its digits is repeated by a better plan.
     """
 
     formulation: str
@@ -65,7 +65,7 @@ class Plan(Shown):
 
     @property
     def equations(self) -> Formulation:
-        """The formulation itself."""
+        """The formulation that the plan names."""
         return FORMULATIONS[self.formulation].build(self.variant)
 
 
@@ -82,7 +82,7 @@ class Statistics:
     derive_s, compile_s, integrate_s : float
         Wall-clock time of the parts [s].
     whole : bool
-        Whether the times are of the whole run: a file does not keep those of its part.
+        Whether the times are those of the whole run: a file does not store them.
     """
 
     steps: int
@@ -97,12 +97,12 @@ class Statistics:
 
 
 def closed_form_of(scene: Scene) -> Motion:
-    """The motion of a scene, which is computed as far as it is asked for.
+    """Return the exact motion of a scene; its parts are computed when they are read.
 
     Raises
     ------
     WrongType
-        It is no `Scene`, but a name, say.
+        `scene` is no `Scene` (but a name, for example).
     """
     expect_scene(scene)
     return Motion(scene.top, scene.start)
@@ -128,7 +128,7 @@ def span(scene: Scene, motion: Motion) -> float:
 
 
 def exact_span(scene: Scene, motion: Motion, ctx: Context) -> Number:
-    """The end time of a scene to all digits [s], of one that has it as `span` does."""
+    """The end time to all digits of `ctx` [s], of a scene for which `span` raises nothing."""
     if scene.time is not None:
         return scene.time.mpf(ctx)
     assert scene.periods is not None
@@ -136,11 +136,11 @@ def exact_span(scene: Scene, motion: Motion, ctx: Context) -> Number:
 
 
 def refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
-    """What refuses a scene, by the rule that one of its keys breaks."""
+    """Return the exception for a scene of which one key breaks a rule."""
     return BadScene((Fault(scene.name, None, key, value, rule),))
 
 
 def span_fault(scene: Scene, rule: str) -> Fault:
-    """What is wrong with the span of a scene, in the words in which it gives that."""
+    """Return the fault of a span, named by the key that gives it: ``time`` or ``periods``."""
     key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
     return Fault(scene.name, None, f"span.{key}", str(value), rule)

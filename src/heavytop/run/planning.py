@@ -1,10 +1,9 @@
-"""The least model that gives what a scene wants, and why.
+"""Choose the least plan that gives what a scene wants, with reasons.
 
-Step by step: nothing is integrated for what the start alone tells, nor over a span whose steps
-would take hours. Else the formulation follows from how much of the motion must be followed (`Need`)
-and from how near a pole the axis comes; then how it has phi and psi, and which events are watched
-for. Last, what it takes follows from the digits and `CostModel`: nothing more, projection onto the
-invariants, more bits than doubles have. A run that misses all the same goes one rung up.
+Nothing is integrated where the start alone gives the answer, or where the steps would take hours.
+Otherwise the formulation follows from the angles that are wanted (`Need`) and from how near a pole
+the axis comes. Plain doubles, projection or more bits follow from the digits and `CostModel`. After
+a run that misses its digits `next_plan` goes one rung up.
 """
 
 from __future__ import annotations
@@ -32,16 +31,17 @@ MOST_RATE: Final = 1e150  # rad/s, whose square is a double
 MOST_BITS: Final = 131_072  # of the numbers that every step is taken in
 LONG_FOR_LAGRANGE: Final = 100  # nutation periods
 BESIDE_A_POLE: Final = 0.02  # rad, where a quadrature of psi takes shorter steps
-PATIENCE_S: Final = 20.0  # for more than doubles
+PATIENCE_S: Final = 20.0  # the longest expected time of a run in more bits than doubles
 ONTO: Final = "projected onto"
-# times too far off by the rule: tried all the same, for runs mostly are better than it,
-PLAIN_HOPE: Final = 6.0  # and projection takes longer,
-HOPE: Final = 30.0  # bits far longer
+# Estimated errors, in units of the allowed one, at which a plan is tried all the same: most runs
+# are better than the estimate.
+PLAIN_HOPE: Final = 6.0  # in plain doubles; projection takes longer
+HOPE: Final = 30.0  # projected; more bits take far longer
 SURE_TURNS: Final = MOST_TURNS / 1000  # by the rates at the start, whatever the mean ones are
 FEW_PERIODS: Final = 10  # periods, in which little phase is lost: projection does not help
-LONG_S: Final = 60.0  # before which somebody should be told
-MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
-MANY_PERIODS: Final = 1e6  # if it has more than so many
+LONG_S: Final = 60.0  # a longer run is warned of
+MOST_S: Final = 3600.0  # of steps; beyond it nothing is integrated, and the closed form answers,
+MANY_PERIODS: Final = 1e6  # if the span also has more periods than this
 
 FORMULATION_OPTIONS: Final = {"auto": None, **FORMULATIONS}
 PLAN_OPTIONS: Final[Mapping[str, Reader]] = {
@@ -102,10 +102,10 @@ def plan_motion(
     projected: bool = False,
     tolerance: float | None = None,
 ) -> Plan:
-    """The plan for a scene whose motion is at hand."""
+    """Return the plan for a scene and its exact motion; the other parameters as in `plan`."""
     expect("projected", projected, bool)
     expect("formulation", formulation, str)
-    known = read_options(scene, formulation=formulation, tolerance=tolerance)
+    options = read_options(scene, formulation=formulation, tolerance=tolerance)
     auto = formulation == "auto"
     if auto and need_of(scene.quantities) is Need.NOTHING:
         return _plan_nothing("class and period follow from it")
@@ -114,60 +114,59 @@ def plan_motion(
     if auto:
         name, why = _least_formulation(expected)
     refuse(_faults(expected, name))
-    found = _choose_outputs(expected, name, why)
+    chosen = _choose_outputs(expected, name, why)
     if auto and not projected:
-        found = choose_precision(expected, found)
-        if expected.periods > MANY_PERIODS and found.seconds > MOST_S:
-            said = duration(found.seconds)
-            return _plan_nothing(f"the steps of {expected.periods:.3g} periods take {said}")
+        chosen = choose_precision(expected, chosen)
+        if expected.periods > MANY_PERIODS and chosen.seconds > MOST_S:
+            time = duration(chosen.seconds)
+            return _plan_nothing(f"the steps of {expected.periods:.3g} periods take {time}")
     else:
         bits = DOUBLE if scene.digits <= DOUBLE_DIGITS else expected.bits(name)
-        found = _with_bits(expected, found, bits, projected)
+        chosen = _with_bits(expected, chosen, bits, projected)
     if tolerance is not None:
-        if found.precision != "double":
-            own = f"{found.precision}, whose steps have their own tolerance"
-            rule = f"{scene.digits} digits take {own}"
-            raise refusal(scene, "tolerance", str(known["tolerance"]), rule)
-        reasons = (*found.reasons, f"tolerance {known['tolerance']:g}: asked for")
-        found = replace(found, tolerance=known["tolerance"], reasons=reasons)
-    climbs = auto and not projected and tolerance is None
-    return completed_plan(expected, found, auto=climbs)
+        if chosen.precision != "double":
+            precision = f"{chosen.precision}, whose steps have their own tolerance"
+            rule = f"{scene.digits} digits take {precision}"
+            raise refusal(scene, "tolerance", str(options["tolerance"]), rule)
+        reasons = (*chosen.reasons, f"tolerance {options['tolerance']:g}: asked for")
+        chosen = replace(chosen, tolerance=options["tolerance"], reasons=reasons)
+    return completed_plan(expected, chosen, auto=auto and not projected and tolerance is None)
 
 
 def read_options(scene: Scene, **given: Any) -> dict[str, Any]:
-    """The options of a plan; what is wrong with them is a BadScene, that of digits too."""
+    """Return the options of a plan, read from `given` (None left out), or raise BadScene."""
     known, wrong = parse_options(scene.name, drop_none(**given), PLAN_OPTIONS)
     refuse(wrong)
     return known
 
 
-def completed_plan(expected: CostModel, found: Plan, **changes: Any) -> Plan:
-    """A plan with changes, the reasons of its precision, and what may disappoint."""
-    reasons = (*found.reasons, *_precision_reasons(expected.scene, found))
-    warnings = (*found.warnings, *_warnings(expected, found))
-    return replace(found, reasons=reasons, warnings=warnings, **changes)
+def completed_plan(expected: CostModel, chosen: Plan, **changes: Any) -> Plan:
+    """Return a plan with changes, the reasons for its precision, and its warnings."""
+    reasons = (*chosen.reasons, *_precision_reasons(expected.scene, chosen))
+    warnings = (*chosen.warnings, *_warnings(expected, chosen))
+    return replace(chosen, reasons=reasons, warnings=warnings, **changes)
 
 
 def plan_steps(scene: Scene, formulation: str = "auto") -> Plan:
-    """The plan for a scene whose steps are taken however long they take.
+    """Return the plan for a scene that is integrated however long the steps take.
 
-    Where auto would take none it is the least formulation, in doubles and projected.
+    Where auto would integrate nothing it is the least formulation, in doubles and projected.
     """
     chosen = plan(scene, formulation)
     return plan(scene, projected=True) if chosen.formulation == "none" else chosen
 
 
 def _plan_nothing(why: str) -> Plan:
-    """The plan of what the closed form has at once."""
+    """Return the plan that integrates nothing, because the closed form has the answer."""
     reason = f"nothing is integrated, the closed form answers: {why}"
     return Plan("none", reasons=(reason,))
 
 
-# --- what cannot be had ------------------------------------------------------------------------
+# --- what a formulation cannot give ------------------------------------------------------------
 
 
 def _faults(expected: CostModel, formulation: str) -> Iterator[Fault]:
-    """What is not given; rates whose squares overflow; turns that are not counted."""
+    """Yield what the formulation or doubles cannot give: quantities, starts, rates, turns."""
     scene, motion, entry = expected.scene, expected.motion, FORMULATIONS[formulation]
     wants, massive = ", ".join(scene.quantities), scene.top.C != 0
     if missing := [q for q in scene.quantities if QUANTITIES[q].need > entry.gives]:
@@ -207,7 +206,7 @@ def _starts_at_pole(scene: Scene) -> bool:
 
 
 def _alternatives(expected: CostModel) -> str:
-    """Which formulations take a scene, for one that another does not."""
+    """Return the end of a refusal: the formulations that can integrate the scene, if any can."""
     massive, upright = expected.scene.top.C != 0, _starts_at_pole(expected.scene)
     able = [
         name
@@ -222,7 +221,7 @@ def _alternatives(expected: CostModel) -> str:
 
 
 def _least_formulation(expected: CostModel) -> tuple[str, str]:
-    """The least formulation that gives what a scene wants, and why."""
+    """Return the least formulation that gives what a scene wants, and why."""
     scene, motion, near = expected.scene, expected.motion, expected.nearest
     wants, allowed = scene.quantities, 10.0**-scene.digits
     if expected.need <= FORMULATIONS["cubic"].gives:
@@ -247,7 +246,7 @@ def _least_formulation(expected: CostModel) -> tuple[str, str]:
 
 
 def _choose_outputs(expected: CostModel, name: str, why: str) -> Plan:
-    """A formulation with the angles and events that are wanted, and how it has them."""
+    """Return the plan of a formulation: its variant, mean rates, watched events and reasons."""
     scene, motion, need = expected.scene, expected.motion, expected.need
     entry, variant, reasons = FORMULATIONS[name], None, list[str]()
     rates: tuple[float, ...] = ()
@@ -272,7 +271,11 @@ def _choose_outputs(expected: CostModel, name: str, why: str) -> Plan:
 
 
 def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:
-    """The quadrature regular at the pole that is passed; one where V is highest is only neared."""
+    """Return the quadrature of psi that is regular at the pole nearer to the axis, and why.
+
+    Where both are equally near it is the one regular where V is lowest: a pole where V is highest
+    may be approached without being passed.
+    """
     aside = motion.from_bottom > motion.from_top
     if aside or (motion.from_bottom == motion.from_top and (scene.top.gMR.sign() or 0) <= 0):
         return "sigma", "psi: integral of (phi + psi)' minus its mean, regular at theta = 0"
@@ -280,7 +283,7 @@ def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:
 
 
 def _watched_events(scene: Scene, motion: Motion, end: float) -> tuple[Texts, Texts]:
-    """The events that are watched for in the integrator's loop, and why these."""
+    """Return the event functions that the integrator watches, and why these."""
     if not scene.events:
         return (), ("no events are requested, so none slow the loop",)
     if motion.regime.asymptotic:  # it comes from the vertical where V is highest, and returns
@@ -291,20 +294,20 @@ def _watched_events(scene: Scene, motion: Motion, end: float) -> tuple[Texts, Te
         return ("turning",), (f"{no_period}; found while integrating: the one turning point",)
     if not motion.nutates:
         return (), (f"{motion.kind}: theta is constant, and constant theta has no events",)
-    regime, found = motion.regime, "events found while integrating: turning"
+    regime, reason = motion.regime, "events found while integrating: turning"
     if "reversal" not in scene.events:
-        return ("turning",), (found,)
+        return ("turning",), (reason,)
     if motion.doubt or regime.weightless or (regime.misses_top and regime.misses_bottom):
-        return ("turning", "reversal"), (f"{found}, reversal",)
+        return ("turning", "reversal"), (f"{reason}, reversal",)
     never = f"{motion.kind}: phidot does not change its sign between poles"
-    return ("turning",), (never, found)
+    return ("turning",), (never, reason)
 
 
 # --- precision and projection ------------------------------------------------------------------
 
 
-def choose_precision(expected: CostModel, found: Plan) -> Plan:
-    """The least with which a formulation is expected to meet the scene's digits.
+def choose_precision(expected: CostModel, chosen: Plan) -> Plan:
+    """Return the plan with the least precision that is expected to give the scene's digits.
 
     Examples
     --------
@@ -316,15 +319,15 @@ def choose_precision(expected: CostModel, found: Plan) -> Plan:
     """
     digits, allowed = expected.scene.digits, 10.0**-expected.scene.digits
     if digits > DOUBLE_DIGITS:
-        return _with_bits(expected, found, expected.bits(found.formulation))
+        return _with_bits(expected, chosen, expected.bits(chosen.formulation))
     for projected, most in ((False, PLAIN_HOPE * allowed), (True, HOPE * allowed)):
         if expected.error(projected) <= most:
-            return _with_bits(expected, found, DOUBLE, projected)
-    return _raise_bits(expected, found, DOUBLE)
+            return _with_bits(expected, chosen, DOUBLE, projected)
+    return _raise_bits(expected, chosen, DOUBLE)
 
 
-def next_plan(expected: CostModel, tried: Plan, factor: float, said: str) -> Plan | None:
-    """The plan that is one rung up from one that missed by a factor; None where there is none.
+def next_plan(expected: CostModel, tried: Plan, factor: float, missed: str) -> Plan | None:
+    """Return the plan one rung above one that missed its digits; None where there is none.
 
     Parameters
     ----------
@@ -332,83 +335,86 @@ def next_plan(expected: CostModel, tried: Plan, factor: float, said: str) -> Pla
     tried : Plan
         What was run, of `completed_plan`.
     factor : float
-        How many times farther off it is than the digits allow; infinite where events are missed.
-    said : str
+        The error of its run in units of the allowed one; infinite where events are missed.
+    missed : str
         What it missed, in words.
     """
     bits = bits_of(tried.precision)
     rung = "projected" if tried.projected else tried.precision
     kept = (x for x in tried.reasons if not x.startswith((ONTO, f"{tried.precision}:")))
-    said = f"{rung}: {said}"
-    found = replace(tried, tried=(*tried.tried, said), warnings=(), reasons=(*kept,))
+    missed = f"{rung}: {missed}"
+    better = replace(tried, tried=(*tried.tried, missed), warnings=(), reasons=(*kept,))
     if tried.formulation == "cubic" and bits == DOUBLE:  # its heights set the period
         regular = _choose_outputs(expected, "axis", "axis: the cubic form missed what is wanted")
         regular = choose_precision(expected, regular)
-        return completed_plan(expected, regular, tried=found.tried, auto=True)
+        return completed_plan(expected, regular, tried=better.tried, auto=True)
     projects = bits == DOUBLE and not (tried.projected or why_not(tried.equations))
     if projects and expected.periods > FEW_PERIODS:
-        return completed_plan(expected, _with_bits(expected, found, DOUBLE, True))
+        return completed_plan(expected, _with_bits(expected, better, DOUBLE, True))
     more = log2(factor) if 1 < factor < inf else WORD - PLAN_SPARE_BITS
     least = bits if bits == DOUBLE else bits + more + PLAN_SPARE_BITS
-    further = _raise_bits(expected, found, least)
+    further = _raise_bits(expected, better, least)
     return completed_plan(expected, further) if bits_of(further.precision) > bits else None
 
 
-def _raise_bits(expected: CostModel, found: Plan, least: float) -> Plan:
-    """A plan in as many bits as it takes, and at least; in doubles, projected, if that is long."""
+def _raise_bits(expected: CostModel, chosen: Plan, least: float) -> Plan:
+    """Return the plan in as many bits as the digits take, but not fewer than `least`.
+
+    Where that takes too long it is the plan in doubles, projected where that can be, and warned of.
+    """
     lost = log2(expected.error(False)) + expected.scene.digits * log2(10)
     wanted = least_bits(max(DOUBLE + 1.0, DOUBLE + lost + PLAN_SPARE_BITS, least))
-    seconds = expected.seconds(found.formulation, False, wanted)
+    seconds = expected.seconds(chosen.formulation, False, wanted)
     if seconds <= PATIENCE_S and wanted <= MOST_BITS:
-        return _with_bits(expected, found, wanted)
+        return _with_bits(expected, chosen, wanted)
     why = f"digits may be missed: {named(wanted)} would take {duration(seconds)}"
-    kept = replace(found, warnings=(f"digits: {why}",))
-    return _with_bits(expected, kept, DOUBLE, not why_not(found.equations))
+    kept = replace(chosen, warnings=(f"digits: {why}",))
+    return _with_bits(expected, kept, DOUBLE, not why_not(chosen.equations))
 
 
-def _with_bits(expected: CostModel, found: Plan, bits: int, projected: bool = False) -> Plan:
-    """A plan in numbers of so many bits."""
+def _with_bits(expected: CostModel, chosen: Plan, bits: int, projected: bool = False) -> Plan:
+    """Return the plan in numbers of so many bits, with their tolerance and expected time."""
     return replace(
-        found,
+        chosen,
         precision=named(bits),
         tolerance=2.0 ** (1 - bits),
         projected=projected,
-        seconds=expected.seconds(found.formulation, projected, bits),
+        seconds=expected.seconds(chosen.formulation, projected, bits),
     )
 
 
-def _precision_reasons(scene: Scene, found: Plan) -> Iterator[str]:
-    """Why more bits or projection are taken; refuses them where they are not to be had."""
-    bits = bits_of(found.precision)
+def _precision_reasons(scene: Scene, chosen: Plan) -> Iterator[str]:
+    """Yield why a plan has more bits or projection; raise BadScene where it cannot have them."""
+    bits = bits_of(chosen.precision)
     if bits > MOST_BITS:
         rule = f"over this span they take {bits:.3g} bits, and {MOST_BITS} are the most"
         raise refusal(scene, "want.digits", str(scene.digits), rule)
     if bits > DOUBLE:
         events = "events are looked for where the closed form has them"
-        yield f"{found.precision}: for {scene.digits} digits at the end; {events}"
-    if found.projected:
-        rule = why_not(found.equations)
+        yield f"{chosen.precision}: for {scene.digits} digits at the end; {events}"
+    if chosen.projected:
+        rule = why_not(chosen.equations)
         if bits > DOUBLE:
             rule = f"only in double precision, and {scene.digits} digits take more"
         if rule:
             raise refusal(scene, "projected", "", rule)
-        yield f"{ONTO} {', '.join(found.equations.invariants)} every few nutations"
+        yield f"{ONTO} {', '.join(chosen.equations.invariants)} every few nutations"
 
 
-def _warnings(expected: CostModel, found: Plan) -> Iterator[str]:
-    """Say what may disappoint: growing angles, rounding on a separatrix, a long integration."""
+def _warnings(expected: CostModel, chosen: Plan) -> Iterator[str]:
+    """Yield what may go wrong: growing angles, rounding on a separatrix, a long integration."""
     motion, count = expected.motion, expected.periods
-    grows = FORMULATIONS[found.formulation].grows
+    grows = FORMULATIONS[chosen.formulation].grows
     if grows and motion.nutates and count > LONG_FOR_LAGRANGE:
         yield (
             f"{count:.0f} nutation periods with phi and psi in the state: they grow, the step "
             "control follows them, and phase is lost as the cube of the time; use the axis form"
         )
-    rate, bits = motion.growth, bits_of(found.precision)
+    rate, bits = motion.growth, bits_of(chosen.precision)
     if rate is not None and (left := bits * log(2) / rate) < abs(expected.span):
         yield (
             f"separatrix: rounding errors grow as exp({rate:.3g} t) and carry the axis away from "
             f"the vertical at about t = {left:.3g} s; the exact axis never leaves it"
         )
-    if found.seconds > LONG_S:
-        yield f"long: about {duration(found.seconds)} in all"
+    if chosen.seconds > LONG_S:
+        yield f"long: about {duration(chosen.seconds)} in all"

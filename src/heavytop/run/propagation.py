@@ -1,7 +1,7 @@
-"""A run from its plan to its trajectory: begun, continued, or gone on with.
+"""Integrate a scene by its plan, continue a trajectory, finish an interrupted one.
 
-The steps are taken in the numbers of the plan, events are told apart, and what comes of it is held
-against the closed form.
+Every run is compared with the closed form; where it misses its digits, it may be repeated by a
+better plan, and what it still misses is warned of.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ MOST_TRIED = 3  # plans before the last
 
 
 class Course(NamedTuple):
-    """What is said, kept and held while steps are taken, as `propagate` has it."""
+    """Where to report and save a run on its way, and when to stop it, as for `propagate`."""
 
     progress: Progress | None = None
     checkpoint: Path | None = None
@@ -132,14 +132,14 @@ def propagate(
 
 
 def integrate_plan(scene: Scene, motion: Motion, chosen: Plan, course: Course) -> Trajectory:
-    """Carry out the plan of a scene, which integrates it; else as `propagate`."""
-    return _meet_digits(_integrate(scene, motion, chosen, course), course)
+    """Integrate a scene by a plan that integrates something; else as `propagate`."""
+    return _repeat_until_accurate(_integrate(scene, motion, chosen, course), course)
 
 
 def _integrate(
     scene: Scene, motion: Motion, chosen: Plan, course: Course, spent: float = 0.0
 ) -> Trajectory:
-    """Return the trajectory of a plan, whatever it misses; so long was spent on others before."""
+    """Return the trajectory of a plan, whatever it misses; earlier plans took `spent` seconds."""
     warn_of_plan(chosen, stacklevel=5)
     began = time.perf_counter()
     _ = chosen.equations
@@ -150,21 +150,21 @@ def _integrate(
     return _continue(part, _even_times(part, 0, scene.samples - 1), course)
 
 
-def _meet_digits(run: Trajectory, course: Course, stacklevel: int = 5) -> Trajectory:
-    """Return a run that has its digits and events, taken again by better plans if auto chose it.
+def _repeat_until_accurate(run: Trajectory, course: Course, stacklevel: int = 5) -> Trajectory:
+    """Return a run, or where auto chose its plan and it misses digits or events, a better one.
 
-    What is missed all the same, or at samples and in times of events alone, is warned of.
+    What the last one misses, if only at samples and in times of events, is warned of.
     """
     scene, motion = run.scene, run.motion
     while True:
-        found, chosen, further = misses(run), run.plan, None
-        if chosen.auto and len(chosen.tried) < MOST_TRIED and not found.factor <= 1:
+        missed, chosen, better = misses(run), run.plan, None
+        if chosen.auto and len(chosen.tried) < MOST_TRIED and not missed.factor <= 1:
             expected = CostModel(scene, motion, span(scene, motion))
-            further = next_plan(expected, chosen, found.factor, str(found))
-        if further is None:
-            warn_of_misses(found, scene.digits, stacklevel)
+            better = next_plan(expected, chosen, missed.factor, str(missed))
+        if better is None:
+            warn_of_misses(missed, scene.digits, stacklevel)
             return run
-        run = _integrate(scene, motion, further, course, run.statistics.integrate_s)
+        run = _integrate(scene, motion, better, course, run.statistics.integrate_s)
 
 
 def extend(
@@ -174,15 +174,15 @@ def extend(
     samples: int | None = None,
     progress: Progress | None = None,
 ) -> Trajectory:
-    """Continue a trajectory to a later end, as if it had been asked for in one piece.
+    """Continue a trajectory to a later end, as if it had been run in one piece.
 
-    It goes on by the plan it has, with its tolerance and its bits, and keeps it. Of a long span in
-    one piece auto may make another plan; what this one misses a warning says.
+    It keeps its plan, with tolerance and bits. For the whole span auto might have made another
+    plan; a warning says what this one misses.
 
     Parameters
     ----------
     trajectory : Trajectory
-        What goes on.
+        The trajectory to be continued.
     time_span : number
         The new end, measured from the start [s], beyond the old one on the same side.
     samples : int, optional
@@ -200,7 +200,7 @@ def extend(
     Impossible
         The new end is not beyond the old one; samples are no whole number, or too many.
     BadScene
-        The new end is so far off that turns are not told apart.
+        The new end is so far off that whole turns cannot be counted.
     EndedEarly
         As for `propagate`.
     WrongType, Impossible
@@ -245,18 +245,18 @@ def extend(
 
 
 def finish(trajectory: Trajectory, course: Course | None = None) -> Trajectory:
-    """Go on with an interrupted trajectory to the end of its scene, as if nothing had happened.
+    """Continue an interrupted trajectory to the end of its scene, as if it had not been stopped.
 
     Parameters
     ----------
     trajectory : Trajectory
-        One that was interrupted; one that is finished is returned.
+        An interrupted one; one that is finished is returned as it is.
     course : Course, optional
 
     Raises
     ------
     EndedEarly, OSError
-        As for `propagate`; at once for one that has ended early.
+        As for `propagate`; at once where the trajectory had ended for another reason.
 
     Warns
     -----
@@ -271,11 +271,11 @@ def finish(trajectory: Trajectory, course: Course | None = None) -> Trajectory:
     warn_of_plan(trajectory.plan)
     times = _even_times(trajectory, 0, trajectory.scene.samples - 1)[done:]
     course = course or Course()
-    return _meet_digits(_continue(trajectory, times, course), course, stacklevel=4)
+    return _repeat_until_accurate(_continue(trajectory, times, course), course, stacklevel=4)
 
 
 def _continue(part: Trajectory, times: NDArray[np.float64], course: Course) -> Trajectory:
-    """Return a trajectory with more samples behind its own, held against the closed form.
+    """Return a trajectory continued to the last of some times, with samples at all of these.
 
     Raises
     ------
@@ -310,7 +310,11 @@ def _continue(part: Trajectory, times: NDArray[np.float64], course: Course) -> T
 
 
 def _times_on_the_way(part: Trajectory, end: Any) -> NDArray[Any]:
-    """Return times at which a run is seen beside its samples: to be compared, and for events."""
+    """Return times besides the samples at which a run is recorded.
+
+    They are those of `times_between`, for the comparison, and in more digits than doubles have
+    also the expected times of events, which are then refined by Newton's method.
+    """
     numbers = part.orbit.integrator.numbers(times_between(float(end), part.motion.period))
     if part.in_doubles:
         return numbers
@@ -320,7 +324,7 @@ def _times_on_the_way(part: Trajectory, end: Any) -> NDArray[Any]:
 
 
 def _even_times(part: Trajectory, first: Any, count: int) -> NDArray[Any]:
-    """Return the times that part the span from a time to the end of the scene evenly."""
+    """Return count + 1 evenly spaced times from `first` to the end of the scene."""
     scene, motion, ctx = part.scene, part.motion, part.ctx
     if part.in_doubles:
         return np.linspace(float(first), span(scene, motion), count + 1)
@@ -330,7 +334,7 @@ def _even_times(part: Trajectory, first: Any, count: int) -> NDArray[Any]:
 
 
 def _crossed_pole(orbit: Orbit) -> bool:
-    """Tell whether a form that is singular at the poles stepped over one, theta leaving 0 to pi."""
+    """Tell whether theta left [0, pi]: a form that is singular at a pole stepped over one."""
     form = orbit.integrator.formulation
     names = [symbol.name for symbol in form.states]
     if form.limits or "theta" not in names:
@@ -340,7 +344,7 @@ def _crossed_pole(orbit: Orbit) -> bool:
 
 
 def _explain_stop(trajectory: Trajectory) -> str:
-    """Say what stops a run of a form that is singular at the poles, and what does not."""
+    """Return why a form that is singular at the poles stopped, and which forms do not; or ''."""
     form, regular = trajectory.plan.formulation, trajectory.plan.equations.limits
     if trajectory.outcome is Outcome.INTERRUPTED or regular:
         return ""
@@ -352,7 +356,7 @@ def _explain_stop(trajectory: Trajectory) -> str:
 
 
 def _sample_count(trajectory: Trajectory, end: float) -> int:
-    """Return how many samples there are to an end at the distance that they have."""
+    """Return how many samples at the present spacing lie between the old end and a new one [s]."""
     reached = abs(trajectory.orbit.end)
     spacing = reached / max(trajectory.t.size - 1, 1)
     count = (abs(end) - reached) / spacing if spacing else math.inf

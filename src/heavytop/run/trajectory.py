@@ -1,6 +1,6 @@
-"""A trajectory: the scene, the plan, what was seen, and the motion at any time between.
+"""A trajectory: the integrated motion of a scene, at samples, at events and at any time between.
 
-A run in more digits than doubles have is told in doubles too, rounded.
+Samples and events of a run in more digits than doubles have are given rounded to doubles too.
 """
 
 from __future__ import annotations
@@ -42,23 +42,23 @@ class Trajectory(Run, Played):
     """The motion of a scene, integrated.
 
     Call it with a time between start and end [s], or an array of them in any order, shape (k,),
-    and it returns a `Sample` of as many. The block of steps that holds a time is run again, bit
-    for bit, so that nothing but the start of each block is kept in memory.
+    and it returns a `Sample` of as many. Only the start of each block of steps is kept in memory:
+    the block that holds a time is run again, bit for bit.
 
     Attributes
     ----------
     scene : Scene
         What was run.
     motion : Motion
-        The exact motion of the scene, which the run is held against.
+        The exact motion of the scene, with which the run is compared.
     plan : Plan
-        How.
+        How it was integrated.
     statistics : Statistics
-        Steps and times.
+        Number of steps, and computing times.
     orbit : Orbit
-        The integration itself, in its own numbers: states, checkpoints, zeros.
+        States, checkpoints and zeros of event functions, in the numbers of the integrator.
     with_events : bool
-        Whether its events are looked for: of a run on its way they are not.
+        Whether `events` are looked for; False of a part that is saved while the run goes on.
     events : Events
         Turning points, reversals and cusps, as far as the scene asked for them.
     source : str
@@ -100,8 +100,9 @@ class Trajectory(Run, Played):
 
     def _motion_at(self, t: Array) -> Sample:
         """The motion at times, in the numbers of the run."""
-        ends = (self.orbit.end, *map(float, self.orbit.samples.t[-1:]))  # of which in more digits
-        low, high = sorted((0.0, max(ends, key=abs)))  # the second may be an ulp behind its double
+        ends = (self.orbit.end, *map(float, self.orbit.samples.t[-1:]))
+        # in more digits the last sample may be an ulp behind the end, which is a double
+        low, high = sorted((0.0, max(ends, key=abs)))
         times = t.astype(np.float64)
         if times.size and (times.min() < low or times.max() > high):
             rule = f"between {low} and {high}, where the trajectory was integrated"
@@ -115,13 +116,13 @@ class Trajectory(Run, Played):
 
     @cached_property
     def binary_motion(self) -> BinaryMotion:
-        """The exact motion of the numbers that the run starts from."""
+        """The exact motion of the binary numbers from which the run starts."""
         orbit = self.orbit
         return BinaryMotion(self.plan, self.motion, orbit.parameters, orbit.checkpoints[0].state)
 
     @property
     def bits(self) -> int:
-        """Of the numbers of the run."""
+        """Bits in the significand of the run's numbers."""
         return self.orbit.integrator.engine.bits
 
     @property
@@ -159,8 +160,7 @@ class Trajectory(Run, Played):
         if t is None:
             return self.raw_samples.mapped(self.numbers)
         one = isinstance(t, str) or not hasattr(t, "__len__")
-        each: Any = [t] if one else t
-        times = np.array([self.nearest(x) for x in each], self.orbit.samples.t.dtype)
+        times = np.array([*map(self.nearest, [t] if one else t)], self.orbit.samples.t.dtype)
         found = self._motion_at(times).mapped(self.numbers)
         return found.at(0) if one else found
 
@@ -177,12 +177,12 @@ class Trajectory(Run, Played):
     def read(self, seen: TimedStates) -> Sample:
         """Return the motion at states of the orbit, in the numbers of the run.
 
-        Whole turns of phi and psi that no state has are those of the closed form.
+        Where states give phi and psi modulo 2 pi, whole turns are those of the closed form.
 
         Parameters
         ----------
         seen : TimedStates
-            States, and when they were seen.
+            States and their times.
         """
         form, known, plan = self.orbit.integrator.formulation, self.orbit.parameters, self.plan
         follows = form.phi_wraps and plan.variant is not None
@@ -191,38 +191,40 @@ class Trajectory(Run, Played):
         if form.phi_wraps and not follows:
             unknown = np.full(seen.t.shape, np.nan)
             found = replace(found, phi=unknown, psi=unknown)
-        begun = seen.t == 0
-        return self._start_readings(found, begun) if self.in_doubles and begun.any() else found
+        at_start = seen.t == 0
+        return self._put_start(found, at_start) if self.in_doubles and at_start.any() else found
 
-    def _start_readings(self, found: Sample, begun: NDArray[np.bool_]) -> Sample:
-        """Return what the scene says of its start, not what its states round to."""
-        at, told = begun.nonzero(), {}
+    def _put_start(self, found: Sample, at_start: NDArray[np.bool_]) -> Sample:
+        """Return a sample with the scene's own angles and rates at time 0, if within rounding."""
+        columns = {}
         for names in (ANGLES, RATES):
             start = [float(getattr(self.scene.start, name)) for name in names]
             rounding = START_ROUNDING * max(1.0, *map(abs, start))
-            for name, known in zip(names, start, strict=True):
-                column = told[name] = getattr(found, name).copy()
-                column[at] = [known if abs(x - known) <= rounding else x for x in column[at]]
-        return replace(found, **told)
+            for name, exact in zip(names, start, strict=True):
+                column = getattr(found, name)
+                equal = at_start & (abs(column - exact) <= rounding)
+                columns[name] = np.where(equal, exact, column)
+        return replace(found, **columns)
 
     def _exact_at(self, seen: TimedStates) -> Any:
-        """The exact motion of the run's own numbers in doubles; None where there is none."""
+        """The exact motion of the run's binary numbers, in doubles; None where there is none."""
         return self._exact if seen is self._recorded else self.binary_motion.at(seen)
 
     @cached_property
     def _recorded(self) -> TimedStates:
-        """Wherever the orbit was seen on its way: at samples, between them, at zeros."""
+        """All recorded states of the orbit: at samples, at times between them, at zeros."""
         return TimedStates.join([self.orbit.samples, self.orbit.between, *self.orbit.hits])
 
     @cached_property
     def _exact(self) -> Any:
+        """The exact motion at all recorded states."""
         return self.binary_motion.at(self._recorded)
 
     @property
     def exact_events(self) -> tuple[SomeRows, Array]:
-        """The exact motion of the run's own numbers in doubles, where it found its events.
+        """The exact motion at the recorded states of the events, in doubles.
 
-        And how much later than found they are said to be [s].
+        And how much later than these the times of the events are [s].
         """
         found, there = self.events, self._recorded.where(self.events.place)
         later = (found.t - there.t) + (found.t_low - there.t_low)
@@ -230,7 +232,7 @@ class Trajectory(Run, Played):
 
     @cached_property
     def readings(self) -> Sample:
-        """The motion at samples, at the times between them at which it was seen, and at zeros."""
+        """The motion at all recorded states: at samples, at times between them, at zeros."""
         return self.read(self._recorded)
 
     @cached_property
@@ -254,10 +256,10 @@ class Trajectory(Run, Played):
 
     @cached_property
     def compared(self) -> tuple[Sample, Any, NDArray[np.intp]]:
-        """The run at the times at which it is compared, and there the exact motion of its numbers.
+        """The run at the times of the comparison, and the exact motion of its numbers there.
 
-        And which of these times do not depend on how many samples there are, the end last. Of a
-        run in more digits few samples are compared.
+        And the indices of those times that do not depend on the samples, the end last. Of a run in
+        more digits only some samples are compared.
         """
         samples, times = self.orbit.samples, times_between(self.orbit.end, self.motion.period)
         times = self.orbit.integrator.numbers(times)
@@ -365,7 +367,7 @@ class Trajectory(Run, Played):
         run : Sample
         """
         rows, known, t = run.states, self.orbit.parameters, run.t
-        if not self.in_doubles:  # their changes are smaller than the last digit
+        if not self.in_doubles:  # else their changes would be lost in rounding
             finer = self.bits + 64
             rows, t = reals(rows, finer), reals(t, finer)
             known = {name: reals(x, finer)[()] for name, x in known.items()}

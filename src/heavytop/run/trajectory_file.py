@@ -1,8 +1,8 @@
-"""A trajectory as a netCDF file that holds the scene itself, and read back from it.
+"""Trajectories as datasets, data frames and netCDF files, and read back from such a file.
 
-The file holds samples and events for everybody, and the starts of the blocks, with which the
-trajectory can be asked for any other time, or continued, bit for bit. Nothing in it can execute.
-Behind its end stands its digest.
+A file holds the scene, samples, events, and the starts of the blocks, from which the motion at any
+other time, or the continuation, is computed bit for bit. Nothing in it can execute. Its digest
+stands behind its end.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 TRAJECTORY_SCHEMA: Final = "heavytop/trajectory/2"
-# of a variable that is no quantity: what it is, its unit, and a second dimension
+# of variables that are no quantities: name, unit, and a second dimension
 VARIABLES: Final[Mapping[str, tuple[str, ...]]] = {
     "t_low": ("what the time has beyond a double", "s"),
     "time": ("time since the start, as words that add up", "s", "word"),
@@ -52,7 +52,7 @@ VARIABLES: Final[Mapping[str, tuple[str, ...]]] = {
     "steps": ("natural steps taken", "1"),
 }
 CHECKPOINT_COLUMNS: Final = ("time", "states", "steps")  # the columns of checkpoints
-OWN_COLUMNS: Final = ("t", "states")  # and of what was seen in more digits, as decimal texts
+OWN_COLUMNS: Final = ("t", "states")  # of samples in more digits than doubles, as decimal texts
 
 Variables = dict[str, Any]
 SPACE: Final = {"space": np.array(list("xyz"))}
@@ -75,76 +75,76 @@ def dataset(run: Run) -> xarray.Dataset:
 
 
 def frame(data: xarray.Dataset, dimension: str) -> pandas.DataFrame:
-    """Return what a dataset has over ``t``, or over ``event``, as a pandas DataFrame.
+    """Return the variables of a dataset over ``t``, or over ``event``, as a pandas DataFrame.
 
     Vectors are columns for each component; `attrs` has units and names.
     """
     import pandas
 
     over = {n: x for n, x in data.data_vars.items() if x.dims[:1] == (dimension,)}
-    parts, told = [], dict(data.attrs)
-    told |= {key: {"t": data["t"].attrs[key]} for key in ("units", "long_name")}
+    parts, attributes = [], dict(data.attrs)
+    attributes |= {key: {"t": data["t"].attrs[key]} for key in ("units", "long_name")}
     for full, x in over.items():
         name = f"{full}".removeprefix("event_") if dimension == "event" else f"{full}"
         part = x.to_pandas()
         part = part.rename(name).to_frame() if x.ndim == 1 else part.add_prefix(f"{name}_")
         parts.append(part)
         for key in ("units", "long_name"):
-            told[key] |= dict.fromkeys(part.columns, x.attrs[key])
+            attributes[key] |= dict.fromkeys(part.columns, x.attrs[key])
     table = pandas.concat(parts, axis="columns")
     table = table.set_index("t") if dimension == "event" else table
-    table.attrs = told
+    table.attrs = attributes
     return table
 
 
 def write(run: Run, path: str | os.PathLike[str]) -> None:
-    """Write a netCDF file, whole or not at all, without the time that xarray takes to import."""
+    """Write a netCDF file, whole or not at all; xarray, which takes long to import, is not used."""
     import h5netcdf
     import h5py
 
-    kept = _restart_data(run) if isinstance(run, Trajectory) else {}
-    target, held = Path(path), BytesIO()  # HDF5 does not survive a full disk
+    restart = _restart_data(run) if isinstance(run, Trajectory) else {}
+    target, memory = Path(path), BytesIO()  # HDF5 does not survive a full disk
     if not target.parent.is_dir():
         raise FileNotFoundError(f"{target.parent}: no such folder")
-    with h5netcdf.File(held, "w") as file:
+    with h5netcdf.File(memory, "w") as file:
         file.attrs.update(_attributes(run))
-        for name, (dimensions, values, told) in (_contents(run) | kept).items():
+        for name, (dimensions, values, attributes) in (_contents(run) | restart).items():
             column = np.asarray(values)
             if column.dtype.kind == "U" and not (name in dimensions or name.endswith("_text")):
-                encoded = np.char.encode(column, "utf-8")  # letters, which are read back at once
+                encoded = np.char.encode(column, "utf-8")  # single bytes are read back faster
                 column = encoded.view("S1").reshape(*column.shape, encoded.itemsize)
                 dimensions += (f"letters_{encoded.itemsize}",)
-                told = told | {"_Encoding": "utf-8"}
+                attributes = attributes | {"_Encoding": "utf-8"}
             for dimension, size in zip(dimensions, column.shape, strict=True):
                 if dimension not in file.dimensions:
                     file.dimensions[dimension] = size
             kind = column.dtype
             if kind.kind == "U":
                 column, kind = column.astype(object), h5py.string_dtype()
-            file.create_variable(name, dimensions, kind, data=column).attrs.update(told)
-    write_sealed(target, lambda part: part.write_bytes(held.getvalue()))
+            file.create_variable(name, dimensions, kind, data=column).attrs.update(attributes)
+    write_sealed(target, lambda part: part.write_bytes(memory.getvalue()))
 
 
 def _contents(run: Run) -> Variables:
-    """Samples and events as variables; of a scene that was not integrated samples alone."""
+    """Return samples and events as variables; of a scene that is not integrated samples alone."""
     names = ("t", *ANGLES, *RATES, "axis", "omega", *derived(run.scene.top))
     samples = {name: values_of(run.samples, name, run.motion) for name in names}
     if not isinstance(run, Trajectory):
         return _over("t", samples) | _over("space", SPACE)
     samples["states"], events = run.samples.states, run.events
-    met = {name: getattr(events, name) for name in STORED}
-    met["kind"] = np.array(events.kind, dtype="U10")
+    at_events = {name: getattr(events, name) for name in STORED}
+    at_events["kind"] = np.array(events.kind, dtype="U10")
     if not run.in_doubles:
         samples |= _texts(run, run.raw_samples)
     if events.own is not None:
-        met |= _texts(run, SimpleNamespace(**events.own))
+        at_events |= _texts(run, SimpleNamespace(**events.own))
     states = {"state": np.array([s.name for s in run.plan.equations.states])}
-    variables = _over("t", samples) | _over("event", met, "event_", "at an event")
+    variables = _over("t", samples) | _over("event", at_events, "event_", "at an event")
     return variables | _over("space", SPACE) | _over("state", states)
 
 
 def _over(along: str, columns: Mapping[str, Any], prefix: str = "", where: str = "") -> Variables:
-    """Return columns over a dimension as variables that say what they are, and in which unit."""
+    """Return columns over a dimension as variables with names and units as their attributes."""
     found = {}
     for name, values in columns.items():
         quantity = name.removesuffix("_text")
@@ -152,27 +152,27 @@ def _over(along: str, columns: Mapping[str, Any], prefix: str = "", where: str =
         space = ["space"] if of.parts else []
         what, unit, *second = VARIABLES.get(quantity) or (of.name, of.cf_unit, *space)
         words = what, where, "as a decimal text" if quantity != name else ""
-        told = {"long_name": ", ".join(filter(None, words)), "units": unit}
-        found[prefix + name] = (along, *second)[: np.ndim(values)], values, told
+        attributes = {"long_name": ", ".join(filter(None, words)), "units": unit}
+        found[prefix + name] = (along, *second)[: np.ndim(values)], values, attributes
     return found
 
 
-def _texts(trajectory: Trajectory, run: Any) -> Variables:
-    """Return the columns of a run in more digits with the digits that are wanted."""
-    written = np.frompyfunc(lambda x: trajectory.text(x) or "", 1, 1)
-    columns = {name: getattr(run, name) for name in ("t", *ANGLES, *RATES)}
+def _texts(trajectory: Trajectory, record: Any) -> Variables:
+    """Return times, angles and rates of a record in more digits as texts of the wanted digits."""
+    to_text = np.frompyfunc(lambda x: trajectory.text(x) or "", 1, 1)
+    columns = {name: getattr(record, name) for name in ("t", *ANGLES, *RATES)}
     with np.errstate(invalid="ignore"):  # nan
-        return {f"{name}_text": written(x).astype(str) for name, x in columns.items()}
+        return {f"{name}_text": to_text(x).astype(str) for name, x in columns.items()}
 
 
 def _restart_data(trajectory: Trajectory) -> Variables:
-    """Return what it takes to run any block again, and to go on: block starts and all zeros."""
+    """Return what continuing, or running a block again, takes: block starts and all zeros."""
     orbit = trajectory.orbit
     rows = zip(*((c.time, c.state, c.steps) for c in orbit.checkpoints), strict=True)
     points = dict(zip(CHECKPOINT_COLUMNS, map(np.array, rows), strict=True))
     kept = _over("t", {"t_low": orbit.samples.t_low.astype(float)})
-    for i, seen in enumerate(orbit.hits):
-        kept |= _over(f"zero_{i}", seen._asdict(), f"zeros_{i}_", "at a zero of an event function")
+    for i, zeros in enumerate(orbit.hits):
+        kept |= _over(f"zero_{i}", zeros._asdict(), f"zeros_{i}_", "at a zero of an event function")
     if not trajectory.in_doubles:
         more = "of the run in more than doubles"
         points |= {name: _exact_texts(points[name]) for name in ("time", "states")}
@@ -187,7 +187,7 @@ def _exact_texts(column: Any) -> Any:
 
 
 def _attributes(run: Run) -> dict[str, Any]:
-    """What samples are of, and what made them."""
+    """Return what the file says of a run: scene, plan, versions, and how it was integrated."""
     found: dict[str, Any] = {
         "schema": TRAJECTORY_SCHEMA,
         "name": run.scene.name,
@@ -251,24 +251,25 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
         if (schema := attribute(file, "schema")) != TRAJECTORY_SCHEMA:
             raise ValueError(f"schema = {schema!r:.60}: expected {TRAJECTORY_SCHEMA}")
         if attribute(file, "source") == SceneMotion.source:
-            told = "xarray reads the samples, heavytop.Motion has the motion at any time"
-            raise ValueError(f"of the closed form, nothing was integrated: {told}")
+            instead = "xarray reads the samples, heavytop.Motion has the motion at any time"
+            raise ValueError(f"of the closed form, nothing was integrated: {instead}")
         scene = read_scene(attribute(file, "scene"), where="scene in file")
         if "name" in file.attrs:
             scene = replace(scene, name=attribute(file, "name"))
-        written = json.loads(attribute(file, "plan"))
-        chosen = Plan(**{name: _tuples(x) for name, x in written.items()})
-        orbit = _orbit(file, chosen, Outcome(attribute(file, "outcome")))
+        fields = json.loads(attribute(file, "plan"))
+        chosen = Plan(**{name: _tuples(x) for name, x in fields.items()})
+        orbit = _read_orbit(file, chosen, Outcome(attribute(file, "outcome")))
         cost = Statistics(orbit.steps, 0, 0.0, 0.0, 0.0, whole=False)
         return Trajectory(scene, closed_form_of(scene), chosen, orbit, cost)
 
 
 def _tuples(value: Any) -> Any:
-    """A value of JSON, its lists as tuples."""
+    """Return a value of JSON with tuples in place of its lists."""
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
-def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
+def _read_orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
+    """Return the orbit that a file holds, with an integrator that can continue it."""
     bits = bits_of(chosen.precision)
 
     def numbers(name: str) -> Any:
@@ -288,13 +289,12 @@ def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
         constants = {name: reals(np.array(x), bits)[()] for name, x in constants.items()}
         t, own = (numbers(f"own_{name}") for name in OWN_COLUMNS)
         samples = TimedStates(t, 0 * t, own)
+    integrator = integrator_of(chosen, constants, points[0])
     return Orbit(
-        integrator=integrator_of(chosen, constants, points[0]),
+        integrator=integrator,
         checkpoints=points,
         samples=samples,
-        hits=tuple(
-            timed(f"zeros_{i}_") for i in range(0 if bits > DOUBLE else len(chosen.watched))
-        ),
+        hits=tuple(timed(f"zeros_{i}_") for i, _ in enumerate(integrator.engine.events)),
         end=float(attribute(file, "end")),
         steps=int(attribute(file, "steps")),
         outcome=outcome,
@@ -305,15 +305,19 @@ def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
 # --- saved on the way, so that a kill loses little ----------------------------------------------
 
 
-SAVE_S = 10.0  # between two saves of a trajectory on its way
-SAVE_SHARE = 20.0  # times as long as a save takes, until the next one
-UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
+SAVE_S = 10.0  # the least time between two saves of a trajectory on its way
+SAVE_SHARE = 20.0  # the same, in units of the time that a save takes
+UNSAVED_S = 1.0  # unsaved work at the end of the steps that is worth a file
 WHOLE = (Outcome.FINISHED, Outcome.SINGULAR)
 
 
 @dataclass
 class Checkpoints:
-    """Saves what has become of a trajectory; `saved` and `due` are monotonic times [s]."""
+    """Saves a trajectory on its way into a file.
+
+    `begun` is what it began with, `saved` when it was saved last, `due` when it is saved next,
+    monotonic times [s].
+    """
 
     path: str | os.PathLike[str]
     begun: Trajectory
@@ -321,12 +325,12 @@ class Checkpoints:
     due: float = field(default_factory=lambda: time.monotonic() + SAVE_S)
 
     def __call__(self, so_far: Callable[[], Orbit]) -> None:
-        """Save the orbit so far, if it is time."""
+        """Save the orbit so far, if that is due."""
         if time.monotonic() >= self.due:
             self._save(so_far())
 
     def save_end(self, orbit: Orbit) -> None:
-        """Save the orbit at the end of its steps, before what is made of it takes its time."""
+        """Save the orbit at the end of its steps, before the comparison with the exact motion."""
         long = time.monotonic() - self.saved >= UNSAVED_S
         if orbit.outcome is Outcome.INTERRUPTED or (long and orbit.outcome in WHOLE):
             self._save(orbit)

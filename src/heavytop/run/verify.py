@@ -1,12 +1,9 @@
-"""A run compared with the closed form, and what is to be said of it.
+"""Compare a run with the closed form: its errors, the digits and events that it misses, warnings.
 
-Its errors are those against the closed form of its own numbers, the scene's each rounded once to
-the run's digits, so that the difference is the integrator's alone; what that rounding does to the
-motion is told apart. Whether it has the digits asked for is a matter of both: it has them where it
-is close enough to either motion.
-
-A run in doubles and one in more digits are compared alike, in columns of floats or of mpmath's
-numbers; of these few samples stand for all.
+Errors are relative to the closed form of the run's own binary start and so are the integrator's
+alone; `input_rounding` is what rounding the scene's numbers does to the motion. A run has its
+digits where it is close enough to that closed form, or to the scene's. Runs in more digits than
+doubles are compared in the same way, in columns of mpmath's numbers, at few samples.
 """
 
 from __future__ import annotations
@@ -41,7 +38,7 @@ from heavytop.scene.quantities import (
 from heavytop.text import Shown
 
 Array = NDArray[Any]
-Columns = Any  # what a run or a closed form says at several times, by the same names
+Columns = Any  # a run or a closed form at several times, with columns of the same names
 
 COMPARED: Final = ("theta", "phi", "psi", "axis", "rates")
 GRAIN_BITS: Final = 24  # of a state in more digits that rounding may have spoilt
@@ -50,7 +47,7 @@ LEAST_DOUBLE: Final = 5e-324  # the smallest double: an error that is not zero i
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Errors(Shown):
-    """Largest differences between a run and the closed form; None where there is nothing to hold.
+    """Largest differences between a run and the closed form; None where one of them has no value.
 
     Attributes
     ----------
@@ -71,7 +68,7 @@ class Errors(Shown):
     derived : dict from str to float
         Of what the scene wants that follows from other columns [each in its unit].
     why_not : str
-        Why there is no closed form to hold against, or empty.
+        Why there is no closed form to compare with, or empty.
     """
 
     theta: float | None = None
@@ -99,7 +96,7 @@ def run_errors(trajectory: Trajectory) -> Errors:
     -------
     Errors
         The largest at the samples and at times that do not depend on them, 64 spread over the
-        span and 16 over the last period; None where there is nothing to hold a quantity against.
+        span and 16 over the last period; None where a quantity cannot be compared.
 
     Raises
     ------
@@ -115,7 +112,7 @@ def run_errors(trajectory: Trajectory) -> Errors:
     Notes
     -----
     Accuracy: ``tests/studies/test_drift.py`` holds the axis of the closed form in doubles, which
-    is used here, to 1e-14 of a yardstick of 40 digits.
+    is used here, to 1e-14 of a reference of 40 digits.
     """
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
     scene, own = trajectory.motion, trajectory.binary_motion
@@ -146,14 +143,14 @@ class Misses:
     Attributes
     ----------
     digits : dict from str to float
-        What is farther off than the scene's digits allow: wanted quantities, event times.
+        Errors larger than the scene's digits allow, of wanted quantities and of event times.
     events : mapping from str to (int, int)
         The least and the greatest true number of the events that are miscounted.
     miscounted : str
         The same in words.
     factor : float
-        How many times farther off than allowed, at times that do not depend on the samples;
-        infinite where events are miscounted, at most 1 where nothing there is.
+        The largest error in units of the allowed one, at times that do not depend on the samples;
+        infinite where events are miscounted, at most 1 where nothing is missed there.
     """
 
     digits: dict[str, float]
@@ -169,22 +166,21 @@ class Misses:
 def misses(trajectory: Trajectory) -> Misses:
     """Return what a run misses.
 
-    A quantity x may be off by 10^-digits max(1, |x|), with x at the end; rates are held to the
-    largest of them. An event may be late by so much of a period, and by what such an error of the
-    rate that vanishes there makes of it. Beside a special motion rounding may turn the start into
-    another one: a run that agrees with the motion of the exact numbers misses nothing either.
+    A quantity x may be off by 10^-digits max(1, |x|), with x at the end; for rates |x| is the
+    largest of them all. An event may be late by 10^-digits of a period, and by the time in which
+    the rate that vanishes there changes by 10^-digits. Beside a special motion rounding may turn
+    the start into another one: a run that agrees with the scene's exact motion misses nothing.
     """
     expected = count_events(trajectory.motion, trajectory.orbit.end, trajectory.scene.events) or {}
     found = {name: trajectory.events.count(name) or 0 for name in expected}
-    events = {
-        name: ends for name, ends in expected.items() if not ends[0] <= found[name] <= ends[1]
-    }
-    digits, factor = _misses_of_digits(trajectory)
+    events = {n: ends for n, ends in expected.items() if not ends[0] <= found[n] <= ends[1]}
+    digits, factor = _missed_digits(trajectory)
     wrong = "; ".join(differences(events, found))
     return Misses(digits, events, wrong, np.inf if events else factor)
 
 
-def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
+def _missed_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
+    """Return the errors that are too large, and the `factor` of `Misses`."""
     names, bound = judged_quantities(trajectory.scene.quantities), _bound(trajectory)
     allowed: dict[str, Any] = {name: bound * _size(trajectory, name) for name in names}
     scene, own = trajectory.motion, trajectory.binary_motion
@@ -205,7 +201,7 @@ def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
 
 
 def deviations(trajectory: Trajectory) -> dict[str, Array]:
-    """Return times as ``t``, and |run − closed form| there of angles and axis, in doubles.
+    """Return |run − closed form| of angles and axis, in doubles, and the times as ``t``.
 
     At the samples, or at 1000 of them, evenly spaced. Raises `NoClosedForm`.
     """
@@ -217,10 +213,10 @@ def deviations(trajectory: Trajectory) -> dict[str, Array]:
 def invariant_drift(
     invariants: Mapping[str, Array], parameters: Mapping[str, Number], grain: Number = 0.0
 ) -> dict[str, float]:
-    """Return the largest change of each invariant, relative to its start if that is known.
+    """Return the largest change of each invariant, relative to its size at the start.
 
-    That of the energy is relative to max(|E'|, g); an invariant that starts within `grain` of
-    zero is not divided.
+    That of the energy is relative to max(|E'|, g); that of an invariant that starts within `grain`
+    of zero is absolute.
     """
     g = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
     sizes = {name: abs(values[0]) for name, values in invariants.items()}
@@ -234,13 +230,13 @@ def invariant_drift(
 
 
 def warn_of_plan(chosen: Plan, stacklevel: int = 3) -> None:
-    """Warn of what a plan says may disappoint."""
+    """Issue the warnings of a plan."""
     for warning in chosen.warnings:
         warnings.warn(warning, DoubtfulWarning, stacklevel=stacklevel)
 
 
 def warn_of_misses(found: Misses, digits: int, stacklevel: int = 3) -> None:
-    """Warn of what a run that reached its end misses, of which there were to be so many digits."""
+    """Warn of the events and the digits that a finished run misses."""
     if found.events:
         doubt = f"events: {found.miscounted}, by the exact numbers; this run does not resolve them"
         warnings.warn(doubt, DoubtfulWarning, stacklevel=stacklevel)
@@ -249,7 +245,7 @@ def warn_of_misses(found: Misses, digits: int, stacklevel: int = 3) -> None:
 
 
 def miss_text(found: dict[str, float], digits: int) -> str:
-    """Return what is farther off the closed form than the digits asked for allow, in words."""
+    """Return in words which errors are larger than the digits allow."""
     off = ", ".join(f"{name} {error:.1e}" for name, error in found.items())
     return f"{digits} digits were requested and are not met: off the closed form by {off}"
 
@@ -260,7 +256,7 @@ def miss_text(found: dict[str, float], digits: int) -> str:
 def _differences(
     trajectory: Trajectory, run: Columns, exact: Columns, names: Iterable[str]
 ) -> dict[str, Array]:
-    """How far columns of a run are off at each time, of the quantities that it follows."""
+    """Return the error at each time of those of some quantities that the run follows."""
     found, motion = {}, trajectory.motion
     for name in names:
         off = [values_of(run, x, motion) - values_of(exact, x, motion) for x in columns_of(name)]
@@ -270,7 +266,10 @@ def _differences(
 
 
 def _lateness(trajectory: Trajectory, motion: ClosedForm) -> tuple[Array, Array]:
-    """How late events are, by a Newton step to the true zero, and how late they may be [s]."""
+    """Return how late events are, by a Newton step to the true zero, and how late they may be [s].
+
+    Either way in time counts as late.
+    """
     events, scene = trajectory.events, trajectory.motion
     turning, later = events.is_turning, 0 * events.t
     if events.own is not None:
@@ -294,14 +293,14 @@ def _lateness(trajectory: Trajectory, motion: ClosedForm) -> tuple[Array, Array]
 
 
 def _reversal_u(trajectory: Trajectory, motion: ClosedForm) -> Number:
-    """Where φ̇ is 0, as cos θ with the digits of the times, of a top that spins."""
+    """Return cos θ of the tilt at which φ̇ is 0, of a top that spins, to the digits of the times."""
     digits = trajectory.scene.digits + OWN_SPARE_DIGITS
     ball = motion.refine("a reversal", lambda c: c.start.a / c.start.b, max(digits, 17))
     return float(ball) if trajectory.in_doubles else to_mpf(ball, digits)
 
 
 def _changes(trajectory: Trajectory) -> dict[str, float]:
-    """How much the invariants change, by name; in more digits at the start and at few samples."""
+    """Return the changes of the invariants, by name; in more digits over few samples."""
     known = trajectory.orbit.parameters
     if trajectory.in_doubles:
         return invariant_drift(trajectory.invariants, known)
@@ -313,21 +312,21 @@ def _changes(trajectory: Trajectory) -> dict[str, float]:
 
 
 def _bound(trajectory: Trajectory) -> Any:
-    """10^-digits, which beyond doubles may be smaller than any of them."""
+    """Return 10^-digits; of a run in more digits as mpmath's, lest it be below all doubles."""
     ten: Any = 10.0 if trajectory.in_doubles else context(20).mpf(10)
     return ten**-trajectory.scene.digits
 
 
 def _exceeding(off: Mapping[str, Array], allowed: Mapping[str, Any]) -> dict[str, float]:
-    """The largest errors of those quantities that are farther off than is allowed."""
+    """Return the largest error of each quantity that has one larger than is allowed."""
     far = {name: each[~(each <= allowed[name])] for name, each in off.items()}
     return {name: _double(each.max()) for name, each in far.items() if each.size}
 
 
 def _size(trajectory: Trajectory, name: str) -> float:
-    """What errors of a quantity are relative to: it at the end, or the largest of several columns.
+    """Return the size to which errors of a quantity are relative, at least 1.
 
-    At least 1.
+    It is the value at the end, or the largest value of all columns where there are several.
     """
     run, columns = trajectory.samples, columns_of(name)
     values = (values_of(run, column, trajectory.motion) for column in columns)
@@ -336,5 +335,5 @@ def _size(trajectory: Trajectory, name: str) -> float:
 
 
 def _double(x: Number) -> float:
-    """A number as a double; one smaller than any is the smallest there is."""
+    """Return a number as a double; one that is not zero does not become zero."""
     return max(float(x), LEAST_DOUBLE) if x else 0.0
