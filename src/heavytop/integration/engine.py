@@ -1,17 +1,9 @@
-"""A formulation compiled by heyoka, in doubles or in reals, and its one motion: natural steps.
+"""A formulation compiled by heyoka, in doubles or in MPFR reals, which takes natural steps.
 
-A trajectory is made of blocks of steps whose length heyoka chose itself. Shortening a step to land
-on a sample would change every later step; counting steps does not, so a block run again from its
-start, with other samples, gives the same bits. Each block measures time from its own start: the
-equations are autonomous, and a small time keeps its last digits.
-
-heyoka holds the error of a step against one number, the largest state. An axis is of the size of
-one whatever the top does; the angular momentum beside it may be a million times as large, or as
-small, and then one of the two is held to few digits, unseen. So time is measured in the unit of
-the motion: times are multiplied by a pace, rates divided by it, and constants by its powers. Paces
-are powers of two, so nothing is rounded on the way in or out; that of any ordinary top is one.
-
-Numbers are doubles, or heyoka's reals (MPFR) of so many bits; numpy computes with both.
+Natural steps have the lengths that heyoka chooses. Shortening one to land on a sample would change
+all later ones; counting steps does not, so that a block of them, run again from its start with
+other samples, gives the same bits. Time is measured from the start of a block: the equations are
+autonomous, and a small time keeps its last digits. `integration/system.py` explains its unit.
 """
 
 from __future__ import annotations
@@ -33,30 +25,30 @@ from heavytop.integration.system import equations_of, hy, number_of
 
 T = TypeVar("T")
 
-HEAVY_BITS = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
-PARALLEL_BITS = 512  # bits from which on the products of a step are worth a thread each
-ABOVE = 1.25  # a bound of the first steps is so many times the step beside the start
+HEAVY_BITS = 1024  # from which a step takes long: seconds at 3000 bits, a minute at 10 000
+PARALLEL_BITS = 512  # from which the products of a step are computed in parallel threads
+ABOVE = 1.25  # the bound of the first steps, in units of the natural step beside the start
 NEVER = np.empty(0)  # no times
-STEP_HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
+STEP_HALVINGS = 6  # most, of the bound of the first step
 _OUTCOMES = hy.taylor_outcome
 NATURAL = frozenset({_OUTCOMES.step_limit, _OUTCOMES.time_limit, _OUTCOMES.cb_stop})
 
 
 def per_thread(build: Callable[..., T]) -> Callable[..., T]:
-    """Return a function that builds each thing once for each thread: it serves one at a time."""
+    """Return a function that caches what it builds, for each thread its own."""
     built = cache(lambda _thread, *given: build(*given))
     return lambda *given: built(get_ident(), *given)
 
 
 def reals(texts: Any, bits: int) -> Array:
-    """Return reals of so many bits, nearest to an array of texts, or of other numbers."""
+    """Return an array of texts, or of other numbers, rounded to reals of so many bits."""
     found = np.empty(np.shape(texts), hy.real)
     found[...] = np.frompyfunc(number_of(bits), 1, 1)(texts)
     return found
 
 
 def in_thread(call: Callable[[], T]) -> T:
-    """Return what a long call returns; Ctrl-C leaves it to itself, and it ends with the process."""
+    """Run a long call in a daemon thread and return its result; Ctrl-C only stops the waiting."""
     result: Future[T] = Future()
 
     def work() -> None:
@@ -70,7 +62,7 @@ def in_thread(call: Callable[[], T]) -> T:
 
 
 def text(x: Any) -> str:
-    """Return a decimal text of a number by which every bit comes back."""
+    """Return a decimal text from which every bit of a number can be read back."""
     bits = precision(x)
     return repr(float(x)) if bits == DOUBLE else str(hy.real(x, bits + 64))
 
@@ -91,17 +83,17 @@ class TimedStates(NamedTuple):
         return cls(*map(np.concatenate, zip(*full, strict=True)))
 
     def where(self, index: Any) -> TimedStates:
-        """Return those for which a mask holds, or those of given places."""
+        """Return those that a mask, slice or array of indices selects."""
         return TimedStates(*[column[index] for column in self])
 
     def after(self, begun: DoubleDouble) -> TimedStates:
-        """Return them with times since what was so long before [s]."""
-        since: Any = begun  # one time for all
-        return TimedStates(*add(since, (self.t, self.t_low)), self.states) if any(begun) else self
+        """Return them with a double-double added to all times [s]."""
+        start: Any = begun  # a scalar, which is added to arrays
+        return TimedStates(*add(start, (self.t, self.t_low)), self.states) if any(begun) else self
 
 
 class Leg(NamedTuple):
-    """What natural steps in a row left behind; times are since their start.
+    """The result of natural steps in a row; times are measured from their start.
 
     Attributes
     ----------
@@ -113,8 +105,8 @@ class Leg(NamedTuple):
         Steps taken.
     rows : ndarray, shape (k, n)
         States at those of the sample times that were reached.
-    hits : tuple of TimedStates, one per event function
-        Its zeros.
+    hits : tuple of TimedStates
+        The zeros of each event function.
     singular : bool
         Whether the next step would have left the finite numbers.
     """
@@ -128,20 +120,21 @@ class Leg(NamedTuple):
 
 
 class Engine:
-    """A compiled formulation; parameters are loaded, never compiled in.
+    """A compiled formulation; constants are loaded, never compiled in.
 
     Parameters
     ----------
     formulation : Formulation
     events : tuple of str
-        Names of the formulation's event functions to be watched. They take part in the choice
-        of the step, so another set of events is another run. In reals none are watched: at high
-        orders they would take gigabytes to compile.
+        Names of the event functions to be watched. They take part in the choice of the step, so
+        that another set of events gives other steps. In reals none are watched: at high orders
+        they would take gigabytes to compile.
     tolerance : float
-        Relative error tolerance of a step; of reals it is their rounding. Below that of doubles
-        it goes with compensated sums, as heyoka's documentation advises for Brouwer's law.
+        Relative error tolerance of a step in doubles; in reals it is their rounding. A tolerance
+        below the rounding of doubles turns on compensated sums, as heyoka's documentation advises
+        for Brouwer's law.
     bits : int
-        Of the numbers.
+        Bits of a number.
     """
 
     def __init__(
@@ -205,9 +198,10 @@ class Engine:
             The longest step to take [s].
         on_step : callable, optional
             Called after each step with heyoka's integrator, which has the Taylor coefficients of
-            the step in ``tc`` where no samples are wanted; without a true answer that was the last.
+            the step in ``tc`` where no samples are wanted; the leg ends when it returns False.
         unwatched : int, optional
-            So many steps come before it is called, which takes as long as a step; with samples.
+            Number of steps before the first call of it, which takes as long as a step; used only
+            with samples.
         """
         bound = self.number(math.inf if longest is None else longest)
         how, end = {"max_steps": steps, "max_delta_t": bound, "callback": on_step}, self.number(far)
@@ -235,10 +229,11 @@ class Engine:
         return self.leg(state, taken, far, samples, longest, on_step)._replace(singular=True)
 
     def first_step_bound(self, state: Array, far: float) -> float | None:
-        """Return a bound for the first steps: a little above the step beside the start [s].
+        """Return a bound for the first steps: a little above the natural step beside the start [s].
 
-        At a start with a symmetry, such as rest, every other Taylor coefficient vanishes or even
-        three of four, and with them the two from which heyoka chooses the length of its step.
+        None where the state does not move, or no such step can be taken. At a start with a
+        symmetry, such as rest, every other Taylor coefficient vanishes, or even three of four, and
+        with them the two from which heyoka chooses the length of its step.
         """
         taylor = self._taylor
         self._begin(state)
@@ -257,7 +252,7 @@ class Engine:
         return self._shorten_for_start(state, math.copysign(ABOVE * length, far))
 
     def _begin(self, state: Array) -> None:
-        """Stand at a state, at time 0, with no zeros found."""
+        """Set the integrator to a state at time 0, with no zeros found."""
         self._taylor.time = self.number(0.0)
         self._own[:] = state
         for found in self._zeros:
@@ -266,13 +261,13 @@ class Engine:
     def _step(
         self, state: Array | None, propagate: Callable[..., Any], end: Any, **how: Any
     ) -> Any:
-        """Take steps from a state, or further ones from where the last ended.
+        """Call a `propagate` method of heyoka's integrator, first set to a state unless it is None.
 
-        Where one takes long, on a thread of its own, which Ctrl-C leaves behind.
+        Where steps take long it runs in another thread, and Ctrl-C stops the waiting for it.
         """
 
         def run() -> Any:
-            with self._busy:  # what was left behind ends first
+            with self._busy:  # a call that nobody waits for any more ends first
                 if state is not None:
                     self._begin(state)
                 return propagate(end, **how)
@@ -282,25 +277,25 @@ class Engine:
     def _continue_leg(
         self, samples: Array, rows: Array, end: Any, callback: Any, **how: Any
     ) -> tuple[Any, int, Array]:
-        """Take more steps of a leg, and return how they ended, their number and all rows.
+        """Take more steps of a leg: return heyoka's outcome, their number, and all rows.
 
-        heyoka's own grid would begin with a step to the high word of the time.
+        heyoka's own `propagate_grid` cannot do this: it would first step to the high word of time.
         """
         forward = math.copysign(1.0, end)
         found, left = [*rows], [*samples[len(rows) :].tolist(), forward * math.inf]
 
-        def look(taylor: Any) -> bool:
+        def sample(taylor: Any) -> bool:
             high, low = taylor.dtime
             while forward * ((left[0] - high) - low) <= 0:  # as heyoka's grid has it
                 found.append(taylor.update_d_output(left.pop(0)).copy())
             return bool(callback(taylor))
 
-        how |= {"callback": look, "write_tc": True}
+        how |= {"callback": sample, "write_tc": True}
         result = self._step(None, self._taylor.propagate_until, end, **how)
         return result[0], result[3], np.array(found).reshape(-1, self._own.size)
 
     def _hits(self) -> tuple[TimedStates, ...]:
-        """Return the zeros found, of each event function."""
+        """Return the zeros found of each event function."""
         hits = []
         for found in self._zeros:
             t = np.array([t for t, _ in found], dtype=float)
@@ -309,10 +304,11 @@ class Engine:
         return tuple(hits)
 
     def _shorten_for_start(self, state: Array, bound: float) -> float:
-        """Return the size of a bound, halved until the first step loses no zero to its start [s].
+        """Return the size of a bound, halved until the first step finds no zero at 0 twice [s].
 
         Where an event function is exactly zero at the start, heyoka may bracket the next zero
-        together with it, and then find the start a second time.
+        together with it; it then finds the start a second time, and misses that zero. After
+        `STEP_HALVINGS` the bound itself is returned.
         """
         shorter = bound
         for _ in range(STEP_HALVINGS if self.events else 0):
@@ -325,7 +321,7 @@ class Engine:
 
 
 def _recorder(found: list[tuple[float, bytes]]) -> Callable[..., None]:
-    """Return what heyoka calls at a zero; it keeps what it closes over, though it is copied."""
+    """Return the callback of an event, of which heyoka's copies share the list."""
 
     def record(taylor: Any, t: float, _sign: int) -> None:
         found.append((t, taylor.update_d_output(t).tobytes()))

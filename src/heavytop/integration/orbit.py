@@ -1,13 +1,9 @@
-"""An orbit in blocks of natural steps, and what takes them for the constants of a run.
+"""Orbits, integrated in blocks of natural steps, and the integrator of a run's constants.
 
-heyoka takes its steps in the run's own unit of time. Here states, constants and times are
-measured in it on the way in, and in seconds again on the way out: nothing is rounded by that. One
-unit holds for the whole run, chosen by its start and its constants alone.
-
-The same start, parameters and event functions give the same bits, however an orbit is sampled,
-split or resumed: blocks hold a fixed number of steps, samples are read off their Taylor
-polynomials, and the end is a sample like any other, inside the last step. Nothing in the
-integrator grows, and the state at a block's start is enough to run it again, or to go on from it.
+An orbit has the same bits however it is sampled, split or resumed: blocks hold a fixed number of
+steps, samples are read off their Taylor polynomials, and the end is a sample inside the last step.
+The state at the start of a block is enough to run it again, or to go on from it. Steps are taken in
+a unit of time that the start and the constants of the run choose; converting rounds nothing.
 """
 
 from __future__ import annotations
@@ -35,11 +31,12 @@ Keep = Callable[[Callable[[], "Orbit"]], object]
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000
-PRECISE_BLOCKS = ((256, 64), (HEAVY_BITS, 8))  # of reals: below so many bits; beyond them a step
+PRECISE_BLOCKS = ((256, 64), (HEAVY_BITS, 8))  # of reals: below so many bits; else one step
 LONGEST_TIME = float(np.finfo(float).max)  # a time [s]
-REACH = 2  # lengths of the last leg or block, within which the next one is taken to end
-SURE_SHARE = 0.95  # of the steps to the end, as the last ones were: these are not watched,
-FEW_STEPS = 64  # but for so many
+REACH = 2  # lengths of the last leg or block, within which the next one is expected to end
+# steps to the end, estimated from the last ones, that no callback watches, which takes time: a
+SURE_SHARE = 0.95  # share of them,
+FEW_STEPS = 64  # less so many
 BEYOND = 1 + 1e-9  # of the way to the last sample, lest a zero there lie a rounding behind it
 
 
@@ -53,7 +50,7 @@ class Checkpoint:
 
     @property
     def block_steps(self) -> int:
-        """How many steps the block has that starts here: a short run needs no long block."""
+        """The number of steps in the block that starts here: blocks of a short run are short."""
         bits = precision(self.state[0])
         if bits > DOUBLE:
             return next((steps for most, steps in PRECISE_BLOCKS if bits < most), 1)
@@ -62,7 +59,7 @@ class Checkpoint:
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A block of steps as it was seen: at samples, at zeros of events, and at its end.
+    """The result of a block: states at samples and at zeros of event functions, and its end.
 
     `singular` says that no finite step follows, or none was taken.
     """
@@ -79,55 +76,56 @@ class Polynomials(NamedTuple):
     coefficients: Array  # in the time since the beginning of each step, shape (k, n, order + 1)
     begun: Array  # when each began, since the block's start, as double-doubles
     length: Array  # of each step
-    restarted: Array  # when time was last set to zero before each, since the block's start
+    restarted: Array  # when the leg of each began, since the block's start
 
 
 class Integrator:
-    """What takes the steps of a run, in the unit of time of its pace [1/s].
+    """An engine with the constants of one run, which takes steps in the unit of time of its pace.
 
-    In that unit are its `projection` and `scaled_constants`; in seconds these are its `parameters`.
+    `projection` and `scaled_constants` are in that unit, `parameters` are the same constants in
+    seconds, `pace` is in 1/s.
     """
 
     def __init__(
         self, engine: Engine, parameters: Mapping[str, Any], start: Array, projected: bool
     ) -> None:
-        form, known = engine.formulation, {name: float(x) for name, x in parameters.items()}
+        form, doubles = engine.formulation, {name: float(x) for name, x in parameters.items()}
         self.engine, self.parameters = engine, dict(parameters)
-        self.pace = np.float64(paces_of(form, start.astype(np.float64), known))
+        self.pace = np.float64(paces_of(form, start.astype(np.float64), doubles))
         self._units = np.where(form.is_rate, self.pace, 1.0)
         self.scaled_constants = in_units(form, self.pace, parameters)
-        started = start / self._units
-        self.projection = Projection.of(form, self.scaled_constants, started) if projected else None
+        scaled = start / self._units
+        self.projection = Projection.of(form, self.scaled_constants, scaled) if projected else None
 
     @property
     def formulation(self) -> Formulation:
-        """The equations."""
+        """The equations that it integrates."""
         return self.engine.formulation
 
     def numbers(self, values: Any) -> Array:
-        """Return numbers, shape (k,), as those of the engine."""
+        """Return an array, shape (k,), in numbers of the engine."""
         if self.engine.bits == DOUBLE or values.dtype == self.engine.nothing.dtype:
             return np.asarray(values)
         return reals(values, self.engine.bits)
 
     def for_this_thread(self) -> Integrator:
-        """Return the one like this that belongs to the calling thread."""
-        found, own = copy(self), self.engine
-        found.engine = engine(own.formulation, own.events, own.tolerance, own.bits)
+        """Return a copy with an engine that belongs to the calling thread."""
+        found, old = copy(self), self.engine
+        found.engine = engine(old.formulation, old.events, old.tolerance, old.bits)
         if self.projection:
-            found.projection = Projection(own.formulation, self.projection.fixed)
+            found.projection = Projection(old.formulation, self.projection.fixed)
         return found
 
     def first_step_bound(self, start: Checkpoint, far: float) -> float | None:
-        """Return a bound for the first steps of a run, in its own unit of time; later none."""
+        """Return a bound for the first steps of a run, in its own unit of time; None later on."""
         if start.steps:
             return None
-        own = self.engine
-        if own.bits > DOUBLE:
-            own = engine(own.formulation, (), EPSILON)
-        own.load({name: float(x) for name, x in self.scaled_constants.items()})
+        in_doubles = self.engine
+        if in_doubles.bits > DOUBLE:
+            in_doubles = engine(in_doubles.formulation, (), EPSILON)
+        in_doubles.load({name: float(x) for name, x in self.scaled_constants.items()})
         state = (start.state / self._units).astype(np.float64)
-        return own.first_step_bound(state, self._scaled_time(far))
+        return in_doubles.first_step_bound(state, self._scaled_time(far))
 
     def block(
         self,
@@ -137,18 +135,19 @@ class Integrator:
         samples: Array = NEVER,
         reach: float = math.inf,
     ) -> Block:
-        """Take natural steps, so many or until the last sample is passed, and sample them.
+        """Take natural steps, at most `steps`, until the last sample is passed, and sample them.
 
-        `far` is as for `Engine.leg`. Samples are monotonic times, none of them before the start;
-        `reach` is how far the steps will hardly go: later ones are looked for only if they do [s].
+        `far` is as for `Engine.leg`. Samples are monotonic times, none of them before the start.
+        `reach` is a time that the steps will probably not pass: later samples are handed to heyoka
+        only if they do [s].
         """
         legs, end = self._legs(start, steps, far, samples, reach)
         rows = np.concatenate([leg.rows for _, leg in legs]) * self._units
         reached, hits = samples[: len(rows)], list[TimedStates]()
         for i, _ in enumerate(self.engine.events):
-            t, low, states = TimedStates.join(leg.hits[i].after(since) for since, leg in legs)
-            found = TimedStates(t / self.pace, low / self.pace, states * self._units)
-            hits.append(found.after(start.time))
+            t, low, states = TimedStates.join(leg.hits[i].after(begun) for begun, leg in legs)
+            zeros = TimedStates(t / self.pace, low / self.pace, states * self._units)
+            hits.append(zeros.after(start.time))
         singular = legs[-1][1].singular or end.steps == start.steps
         return Block(TimedStates(reached, 0 * reached, rows), tuple(hits), end, singular)
 
@@ -166,14 +165,13 @@ class Integrator:
             return True
 
         legs, end = self._legs(start, steps, far, NEVER, on_step=keep)
-        coefficients, times, lengths = zip(*kept, strict=True)
+        coefficients, ends, lengths = zip(*kept, strict=True)
         begun, restarted = list[DoubleDouble](), list[float]()
-        for since, leg in legs:
-            others = times[len(begun) : len(begun) + leg.steps - 1]
-            begun += [add(since, t) for t in ((0.0, 0.0), *others)]
-            restarted += [since[0]] * leg.steps
-        found = Polynomials(*map(np.array, (coefficients, begun, lengths, restarted)))
-        return found, end
+        for leg_begun, leg in legs:
+            others = ends[len(begun) : len(begun) + leg.steps - 1]
+            begun += [add(leg_begun, t) for t in ((0.0, 0.0), *others)]
+            restarted += [leg_begun[0]] * leg.steps
+        return Polynomials(*map(np.array, (coefficients, begun, lengths, restarted))), end
 
     def _legs(
         self,
@@ -186,8 +184,8 @@ class Integrator:
     ) -> tuple[list[tuple[DoubleDouble, Leg]], Checkpoint]:
         """Return the legs of a block in the run's own unit of time, each with when it began.
 
-        And where they end. A run that is not projected has one leg; of another the projected
-        state behind each is where the next begins.
+        And the checkpoint at their end. Without projection there is one leg; with it each leg
+        starts from the projected end of the one before.
         """
         engine, project, pace = self.engine, self.projection, self.pace
         bound = longest = self.first_step_bound(start, far)
@@ -212,7 +210,7 @@ class Integrator:
                 if to_the_end:
                     left = abs(float(local[-1]))
                     on_step = _stop_after(BEYOND * left)
-                    sure = SURE_SHARE * REACH * count * (left / within)  # a call takes as long
+                    sure = SURE_SHARE * REACH * count * (left / within)
                     unwatched = max(0, min(int(sure) - FEW_STEPS, count - 1))
                 how = far - begun[0], local, bound, on_step, unwatched
                 leg = _take_leg(engine, state, count, *how)
@@ -230,14 +228,15 @@ class Integrator:
         return legs, Checkpoint(time, state * self._units, start.steps + taken)
 
     def _scaled_time(self, far: float) -> float:
-        """Return a time without end in the run's own unit of time, and finite."""
+        """Return a time [s] in the run's own unit of time, at most the largest double."""
         return math.copysign(min(abs(far) * float(self.pace), LONGEST_TIME), far)
 
 
 def _take_leg(engine: Engine, state: Array, steps: int, far: float, times: Array, *how: Any) -> Leg:
     """Return a leg with a row for each time that it reached.
 
-    heyoka wants times that differ and are after the start; by rounding they may be neither.
+    heyoka takes only times after the start that all differ; rounding may have made some equal to
+    the start or to each other.
     """
     if not times.size:
         return engine.leg(state, steps, far, times, *how)
@@ -250,7 +249,7 @@ def _take_leg(engine: Engine, state: Array, steps: int, far: float, times: Array
 
 
 def _stop_after(end: float) -> Callable[[Any], bool]:
-    """Return what tells after each step whether another is to follow."""
+    """Return a callback that is False after a step that passed the end."""
     return lambda taylor: abs(taylor.time) <= end
 
 
@@ -259,7 +258,7 @@ def _stop_after(end: float) -> Callable[[Any], bool]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Orbit:
-    """The result of an integration; it can be asked for the state at any time it covers."""
+    """The result of an integration, with the state at any time that it covers."""
 
     integrator: Integrator
     checkpoints: tuple[Checkpoint, ...]
@@ -268,21 +267,21 @@ class Orbit:
     end: float
     steps: int
     outcome: Outcome
-    between: TimedStates  # at other times than the samples, on the way from the start
+    between: TimedStates  # recorded on the way, at other times than the samples
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Constants of the run, by symbol name."""
+        """Constants of the run by symbol name, in seconds."""
         return self.integrator.parameters
 
     def places_of(self, t: Array) -> NDArray[np.intp] | None:
-        """Return which of `between` are at times, shape (k,); None where it was not seen at all."""
-        there = self.between.t
-        place = np.minimum(np.searchsorted(abs(there), abs(t)), there.size - 1)
-        return place if there.size and (there[place] == t).all() else None
+        """Return the indices in `between` of times, shape (k,); None unless all are there."""
+        recorded = self.between.t
+        place = np.minimum(np.searchsorted(abs(recorded), abs(t)), recorded.size - 1)
+        return place if recorded.size and (recorded[place] == t).all() else None
 
     def lookup(self, t: Array) -> TimedStates:
-        """Return the states at times, of those seen on the way if all of them were."""
+        """Return the states at times, from `between` where all of them are there."""
         place = self.places_of(t)
         return self.at(t) if place is None else self.between.where(place)
 
@@ -291,7 +290,8 @@ class Orbit:
         t = self.integrator.numbers(t)
         if t.size == 0:
             return TimedStates(t, t, self.samples.states[:0])
-        taking, far = self.integrator.for_this_thread(), _time_beyond(self.checkpoints[0], self.end)
+        integrator = self.integrator.for_this_thread()
+        far = _time_beyond(self.checkpoints[0], self.end)
         forward = np.copysign(1.0, far)
         order = np.argsort(forward * t, kind="stable")
         t = t[order]
@@ -301,22 +301,21 @@ class Orbit:
         block = np.maximum(block - early, 0)
         parts, late = [], t[:0]
         for k in np.union1d(block, np.minimum(block + 1, high.size - 1)).tolist():
-            asked = np.concatenate((late, t[block == k]))
-            if asked.size:
+            if (times := np.concatenate((late, t[block == k]))).size:
                 start = self.checkpoints[k]
-                seen = taking.block(start, start.block_steps, far, asked)
-                parts.append(seen.samples)
-                late = asked[seen.samples.t.size :]  # by rounding: the next block begins there
+                samples = integrator.block(start, start.block_steps, far, times).samples
+                parts.append(samples)
+                late = times[samples.t.size :]  # by rounding they are in the next block
         return TimedStates.join(parts).where(np.argsort(order, kind="stable"))
 
 
 def start_orbit(integrator: Integrator, start: Checkpoint) -> Orbit:
-    """Return an orbit that is nothing yet but its start."""
+    """Return the orbit of a start from which no step has been taken."""
     never = start.state[:0]
     nothing = TimedStates(never, never, integrator.engine.nothing)
-    hits, outcome = (nothing,) * len(integrator.engine.events), Outcome.INTERRUPTED
-    end, steps = float(start.time[0]), start.steps
-    return Orbit(integrator, (start,), nothing, hits, end, steps, outcome, between=nothing)
+    hits, end = (nothing,) * len(integrator.engine.events), float(start.time[0])
+    interrupted = Outcome.INTERRUPTED
+    return Orbit(integrator, (start,), nothing, hits, end, start.steps, interrupted, nothing)
 
 
 def integrate(
@@ -330,30 +329,30 @@ def integrate(
 ) -> Orbit:
     """Integrate from the last checkpoint of an orbit to the last of the samples.
 
-    The blocks are those an uninterrupted integration would have run, so the result is the same
-    bit for bit; samples and hits seen before are kept.
+    The blocks are those of an uninterrupted integration, so that the result is the same bit for
+    bit; the samples and hits of the orbit are kept.
 
     `samples` are strictly monotonic times on one side of the start [s], `between` others up to
-    their end, in any order. `on_block` is given the fraction done after each block, and `keep`,
-    after each but the last, what returns the orbit so far.
+    their end, in any order. After each block `on_block` is called with the fraction done, and, but
+    for the last block, `keep` with a function that returns the orbit so far.
     """
     times = samples if between is None else np.concatenate((samples, between))
     order = np.argsort(abs(times), kind="stable")
     times, is_sample, end = times[order], order < samples.size, float(samples[-1])
-    taking, first = orbit.integrator.for_this_thread(), orbit.checkpoints[-1]
+    integrator, first = orbit.integrator.for_this_thread(), orbit.checkpoints[-1]
     far, begun = _time_beyond(first, end), float(first.time[0])
-    places, blocks, done = [*orbit.checkpoints], list[Block](), 0
+    starts, blocks, done = [*orbit.checkpoints], list[Block](), 0
     outcome: Outcome | None = None
 
     def so_far(outcome: Outcome) -> Orbit:
-        return _append(orbit, places, blocks, is_sample, end, outcome)
+        return _append(orbit, starts, blocks, is_sample, end, outcome)
 
     try:
         while outcome is None:
             if first.steps >= step_limit:
                 outcome = Outcome.STEP_LIMIT
                 break
-            block = taking.block(first, first.block_steps, far, times[done:], _reach(places))
+            block = integrator.block(first, first.block_steps, far, times[done:], _reach(starts))
             blocks.append(block)
             first, done = block.end, done + block.samples.t.size
             if done == times.size:
@@ -361,54 +360,54 @@ def integrate(
             elif block.singular:
                 outcome = Outcome.SINGULAR
             else:
-                places.append(first)
+                starts.append(first)
                 if keep is not None:
                     keep(partial(so_far, Outcome.INTERRUPTED))
             if on_block is not None and outcome != Outcome.SINGULAR:
                 on_block((float(first.time[0]) - begun) / (end - begun) if outcome is None else 1.0)
     except KeyboardInterrupt:
-        if places[-1].steps == 0:  # nothing is done
+        if starts[-1].steps == 0:  # no block is complete
             raise
-        del blocks[len(places) - len(orbit.checkpoints) :]  # what is not whole
+        del blocks[len(starts) - len(orbit.checkpoints) :]  # a block without its checkpoint
         outcome = Outcome.INTERRUPTED
     return so_far(outcome)
 
 
 def _time_beyond(start: Checkpoint, end: float) -> float:
-    """Return a local time beyond the whole span, which only a step of such a length would cut."""
+    """Return the `far` of `Engine.leg`, a time well beyond the whole span [s]."""
     return 4.0 * (end - float(start.time[0]))
 
 
-def _reach(places: Sequence[Checkpoint]) -> float:
-    """Return how far the next block will hardly go, from the length of the steps before [s]."""
-    if len(places) == 1:
+def _reach(starts: Sequence[Checkpoint]) -> float:
+    """Return a time that the next block will hardly reach, from the length of earlier steps [s]."""
+    if len(starts) == 1:
         return math.inf
-    before, start = places[-2:]
+    before, start = starts[-2:]
     length = abs(float(start.time[0] - before.time[0])) / (start.steps - before.steps)
     return REACH * length * start.block_steps
 
 
 def _append(
     known: Orbit,
-    places: Sequence[Checkpoint],
+    starts: Sequence[Checkpoint],
     blocks: Sequence[Block],
     is_sample: NDArray[np.bool_],
     end: float,
     outcome: Outcome,
 ) -> Orbit:
-    """Return an orbit with blocks behind it."""
+    """Return an orbit with more blocks, whose samples and other times `is_sample` tells apart."""
     first = known.checkpoints[-1]
     last, begun = blocks[-1].end if blocks else first, float(first.time[0])
     forward = np.copysign(1.0, end - begun)
     if outcome != Outcome.FINISHED:  # a step back, so that rounding cannot put it behind
         end = float(np.nextafter(np.nextafter(float(last.time[0]), begun), begun))
-    seen = TimedStates.join([known.samples.where(slice(0)), *(each.samples for each in blocks)])
-    is_sample = is_sample[: seen.t.size]
+    states = TimedStates.join([known.samples.where(slice(0)), *(each.samples for each in blocks)])
+    is_sample = is_sample[: states.t.size]
     return Orbit(
         integrator=known.integrator,
-        checkpoints=tuple(places),
-        samples=TimedStates.join([known.samples, seen.where(is_sample)]),
-        between=seen.where(~is_sample),
+        checkpoints=tuple(starts),
+        samples=TimedStates.join([known.samples, states.where(is_sample)]),
+        between=states.where(~is_sample),
         hits=tuple(
             TimedStates.join([hit.where(forward * hit.t < forward * first.time[0]), *later])
             for hit, *later in zip(known.hits, *(each.hits for each in blocks), strict=True)

@@ -1,4 +1,4 @@
-"""What is told of a motion, from the states of a formulation: angles, rates, attitude, invariants.
+"""Angles, rates, attitude, invariants and refined events from the states of a formulation.
 
 Numbers are arrays of doubles or, in more digits, of heyoka's reals: numpy computes with both.
 """
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from heavytop.integration.engine import TimedStates
 
 RunConstants = Mapping[str, Any]
-POLE_DISTANCE = 1e-9  # of an axis to a pole: beyond any drift of the state,
-POLE_BITS = 0.5  # and of those of more digits, as a part of their bits: its square is rounding
+POLE_DISTANCE = 1e-9  # from an axis to a pole, larger than any drift of the state,
+POLE_BITS = 0.5  # and in more digits 2 to minus this share of their bits: its square is rounding
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,19 +75,19 @@ class Sample:
         return np.stack(parts, axis=-1)
 
     def at(self, index: Any) -> Sample:
-        """Return some of them.
+        """Return the motion at some of the times.
 
         Parameters
         ----------
-        index : int, slice or ndarray of bool
-            One by its number, or several.
+        index : int, slice or ndarray of bool or int
+            Which: one, or several.
         """
         columns = (getattr(self, name) for name in self.__slots__)
         some: list[Any] = [None if x is None else x[index] for x in columns]
         return Sample(*some)
 
     def mapped(self, function: Callable[[Array], Array]) -> Sample:
-        """Return them in other numbers.
+        """Return the same motion in other numbers.
 
         Parameters
         ----------
@@ -100,7 +100,10 @@ class Sample:
 
 @cache
 def _function(form: Formulation, what: str, bits: int) -> Any:
-    """Return a function of numbers of so many bits: of outputs, an event function and so on."""
+    """Return a field of a formulation, or an event with its derivative, as a function of numbers.
+
+    `what` names it; `bits` are those of the numbers.
+    """
     arguments = form.arguments()
     if what in form.events:
         expressions: Any = (form.events[what], form.flow_derivative(form.events[what]))
@@ -117,14 +120,15 @@ def _function(form: Formulation, what: str, bits: int) -> Any:
 
 
 @cache
-def _turns_with_spin(form: Formulation) -> bool:
+def _uses_half_spin(form: Formulation) -> bool:
+    """Tell whether outputs contain cosine and sine of half the uniform spin angle, kappa t / 2."""
     return any(sp.sympify(value).has(*spin) for value in form.outputs.values())
 
 
 def form_values(
     form: Formulation, what: str, rows: Array, parameters: RunConstants, t: Array, *spun: Array
 ) -> list[Array]:
-    """Return outputs, invariants and so on at states of a formulation, as its fields name them.
+    """Return the values of a field of a formulation at states: ``outputs``, ``invariants`` ….
 
     Of an event function there are two: itself and its time derivative; ``spin`` is p_psi/A [1/s].
     """
@@ -142,11 +146,11 @@ def sample(
 ) -> Sample:
     """Return the physical quantities at states of a formulation.
 
-    Where these give phi and psi modulo 2 pi, the turns are those of `near`, which has phi and psi
-    in doubles, by whoever knows them better. An angle that is more than a quarter turn off, or has
-    nothing near, is left as it is.
+    Where these give phi and psi modulo 2 pi, turns are added that bring them near those of `near`,
+    a better known motion in doubles. An angle that stays more than a quarter turn off, or has none
+    to compare with, is left as it is.
     """
-    spun = _half_spin(parameters, t) if _turns_with_spin(form) else (t, t)
+    spun = _half_spin(parameters, t) if _uses_half_spin(form) else (t, t)
     values = form_values(form, "outputs", rows, parameters, t, *spun)
     unknown = np.full(t.shape, np.nan)
     full = dict.fromkeys(ANGLES, unknown) | dict(zip(form.outputs, values, strict=True))
@@ -166,11 +170,11 @@ def sample(
 def _unwrap(
     form: Formulation, full: Mapping[str, Array], parameters: RunConstants, near: Any
 ) -> dict[str, Array]:
-    """Return phi and psi with their turns; beside a pole, in the direction of the pass."""
-    read, z = full["phi"], full["axis_z"]
+    """Return phi and psi with the turns of `near`; beside a pole phi from the axis' velocity."""
     phi, beside = _azimuth_beside_poles(full, parameters)
-    side = form.psi_side or np.where(z > 0, 1, -1)  # phi + side psi is right however phi is read
-    psi = full["psi"] - side * (phi - read)
+    # phi + side psi does not depend on how phi is computed
+    side = form.psi_side or np.where(full["axis_z"] > 0, 1, -1)
+    psi = full["psi"] - side * (phi - full["phi"])
     if near is not None:
         turned = _nearest(phi, near.phi, beside)
         # not by the turns of phi, which is rounded: psi may be much smaller
@@ -184,34 +188,37 @@ def _azimuth_beside_poles(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Return phi modulo 2 pi, and where the axis is so near a pole that half turns are in doubt.
 
-    A state that has drifted may pass a pole on the other side, with another angular momentum about
-    the vertical than the constants of the motion say. Then, in a pass so close, the axis moves on
-    a straight line through the pole in the direction of its velocity. Where it rests phi stays.
+    A state that has drifted may pass a pole on the wrong side, its angular momentum about the
+    vertical differing from that in the constants. In a pass so close the axis moves on a straight
+    line through the pole, and phi follows from its velocity. Where it rests at a pole phi stays.
     """
     x, y, z = (full[f"axis_{i}"] for i in "xyz")
-    phi, size, known = full["phi"], hypot(x, y), next(iter(parameters.values()))
-    bits, close = precision(known), POLE_DISTANCE
+    phi, size, constant = full["phi"], hypot(x, y), next(iter(parameters.values()))
+    bits, close = precision(constant), POLE_DISTANCE
     if bits > DOUBLE:
-        close = type(known)(2, bits) ** -int(POLE_BITS * bits)
+        close = type(constant)(2, bits) ** -int(POLE_BITS * bits)
     beside = size < close
     if not beside.any():
         return phi, beside
     omega: list[Any] = [full[f"omega_{i}"] for i in "xyz"]
     p, q = omega[1] * z - omega[2] * y, omega[2] * x - omega[0] * z  # the velocity of the axis
-    own: Any = np.where(z > 0, parameters["P_minus"], parameters["P_plus"])  # in units A = 1
+    momentum: Any = np.where(z > 0, parameters["P_minus"], parameters["P_plus"])  # in units A = 1
     speed, g, l_z = hypot(p, q), abs(parameters["g"]), parameters["l_z"]
     fastest = np.sqrt(p * p + q * q + l_z * l_z + 8 * g)
-    off = abs(x * q - y * p - own)
-    drifted = (2 * off >= abs(own)) & (off > 2 * size * size * fastest)  # else it bends as much
-    drifted |= size == 0
-    straight = (size * fastest < speed) & (2 * abs(own) < close * speed)
+    off = abs(x * q - y * p - momentum)
+    # a smaller difference may come from the curvature of the path
+    drifted = (2 * off >= abs(momentum)) & (off > 2 * size * size * fastest) | (size == 0)
+    straight = (size * fastest < speed) & (2 * abs(momentum) < close * speed)
     side = np.where(x * p + y * q < 0, -1.0, 1.0)
     phi = np.where(beside & drifted & straight, np.arctan2(side * p, -side * q), phi)
     return np.where((size == 0) & (speed == 0), parameters["phi_0"], phi), beside
 
 
 def _nearest(angle: Array, near: Array, half: NDArray[np.bool_]) -> Array:
-    """Return an angle with those turns, or half turns, with which it is within a quarter turn."""
+    """Return an angle with whole turns added, or half turns, that bring it within a quarter turn.
+
+    Where there are none it is returned as it is.
+    """
     unit = np.where(half, 0.5, 1.0)
     turns = unit * np.rint((near - angle.astype(np.float64)) / (2 * np.pi * unit))
     if angle.dtype == np.float64:
@@ -227,7 +234,7 @@ def hypot(x: Any, y: Any) -> Any:
 
 
 def _half_spin(parameters: RunConstants, t: Array) -> tuple[Array, Array]:
-    """Return cosine and sine of kappa t / 2: its last digits count, however many turns it is."""
+    """Return cosine and sine of kappa t / 2, right to the last digits for any number of turns."""
     kappa = parameters.get("kappa", 0)
     if t.dtype != np.float64:
         return np.cos(kappa * t / 2), np.sin(kappa * t / 2)
@@ -239,19 +246,19 @@ def _half_spin(parameters: RunConstants, t: Array) -> tuple[Array, Array]:
 def _limits_at_poles(
     form: Formulation, rows: Array, full: Mapping[str, Array], parameters: RunConstants, t: Array
 ) -> dict[str, Array]:
-    """Return the rates where the axis is exactly vertical, and phi undefined.
+    """Return the rates, with their limits where the axis is exactly vertical and phi undefined.
 
-    A passing axis leaves with the speed it has, phi turning as its regular term says; where the
-    axis rests, phi stays and psi takes all the spin.
+    A passing axis leaves with the speed it has, and phidot is its regular term; where the axis
+    rests phi stays, and psi takes all the spin.
     """
     pole = np.isnan(full["phidot"])
     if not (form.limits and pole.any()):
         return {}
-    tilting, at_top, at_bottom = form_values(form, "limits", rows, parameters, t)
+    speed, at_top, at_bottom = form_values(form, "limits", rows, parameters, t)
     up = full["axis_z"] > 0
     regular = np.where(up, at_top, at_bottom)
-    phidot = np.where(pole, np.where(tilting > 0, regular, 0 * regular), full["phidot"])
-    thetadot = np.where(pole, np.where(up, tilting, -tilting), full["thetadot"])
+    phidot = np.where(pole, np.where(speed > 0, regular, 0 * regular), full["phidot"])
+    thetadot = np.where(pole, np.where(up, speed, -speed), full["thetadot"])
     psidot = np.where(pole, parameters["omega3"] - phidot * full["axis_z"], full["psidot"])
     return {"phidot": phidot, "thetadot": thetadot, "psidot": psidot}
 
@@ -272,10 +279,10 @@ def newton_step(
 ) -> tuple[TimedStates, NDArray[np.bool_]]:
     """Return the zeros of an event function beside states in reals, and which of these have one.
 
-    One step of Newton's method takes a state to it, along the tangent. Which part of the function
-    is left tells by which part of the step the state is still off, and the change of the rates by
-    how much it left the curve: both must be below `small`, relative to 1 or to the state, else
-    there is none. A time of zero is the start.
+    One step of Newton's method takes a state to the zero, along the tangent. The part of the
+    function that is left gives the error along the curve, as a part of the step, and the change of
+    the rates gives the distance from the curve. Both must be below `small`, relative to 1 or to
+    the state, else there is no zero. A state at time 0, the start, is not moved.
     """
 
     def rates_of(at: TimedStates) -> Array:
@@ -285,20 +292,19 @@ def newton_step(
     rates, here = rates_of(seen), (seen.t == 0) | (zero == 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.where(here, 0 * zero, -zero / slope)
-        moved = change[:, None] * rates
-        there = seen._replace(t=seen.t + change, states=seen.states + moved)
+        step = change[:, None] * rates
+        there = seen._replace(t=seen.t + change, states=seen.states + step)
         left = abs(form_values(form, event, there.states, parameters, there.t)[0])
         part = np.where(here, 0 * zero, left / abs(zero))
-        size, allowed = abs(moved), small * (1 + abs(seen.states))
+        size, allowed = abs(step), small * (1 + abs(seen.states))
         bent = abs(change[:, None] * (rates_of(there) - rates)) / 2
         close = (size * part[:, None] <= allowed) & (part < 1)[:, None] & (bent <= allowed)
-        found = (size <= allowed) | close
-    found = found.all(axis=1)
+        found = ((size <= allowed) | close).all(axis=1)
     return there.where(found), found
 
 
 def times_of(t: ArrayLike) -> Array:
-    """Return a time, or a row of them, as doubles, if they are finite [s]."""
+    """Return a time, or a one-dimensional array of them, as doubles [s]; refuse any other."""
     try:
         times = np.asarray(t, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):

@@ -1,23 +1,9 @@
-"""Projection onto the invariants: what the exact flow conserves is put back every few steps.
+"""Projection of the state onto the invariants of the start, every few steps.
 
-Rounding lets the invariants wander, and with them the frequencies; phase, their integral, is lost
-as the 3/2 power of the time. Put back again and again the invariants only shake about their
-values, and phase is left with its own rounding: it is lost as the square root of the time.
-
-The residuals are smaller than the last digit of a double. They are therefore formed in long
-double, against targets from the run's own start. Formed in double they would be rounded the same
-way each time, and hold the invariants as firmly to values that are slightly wrong.
-
-States and constants are those of the unit of time in which steps are taken: l.e of a very fast top
-would else be put right by the axis alone, to the rounding of l.
-
-A block of steps is made of legs, each followed by a projection. Every leg measures time from its
-own start and takes a fixed number of natural steps, so the same start gives the same bits however
-a block is sampled; samples and events are read off the polynomials of the steps, before the
-projection that follows. Natural steps depend on where they begin, and so they may fall into a
-cycle: the same points period after period, rounded the same way each time, and what should be a
-random walk is a drift. Steps that are no longer than the mean of those of the first leg, and in no
-two legs of the same length, do not.
+Rounding lets invariants, and with them frequencies, wander: the phase error grows as the 3/2 power
+of the time. With projection invariants only shake about their values, and it grows as the square
+root. A block is made of legs of a fixed number of steps, each followed by a projection; samples and
+events are read off the steps before it.
 """
 
 from __future__ import annotations
@@ -33,31 +19,36 @@ from heavytop.exact.pairs import EPSILON, Array, long_epsilon
 from heavytop.integration.engine import per_thread
 from heavytop.integration.system import hy, translate
 
-ROOM = 260  # states in a leg: steps take longer the more they have
+ROOM = 260  # steps times states in a leg: steps take longer the more states there are
 LONG_DOUBLE = int(np.finfo(np.longdouble).nmant) + 1  # bits, on this machine
-# how much shorter than the mean of the first leg the longest steps of a leg may be
-EVEN_STEPS = 0.12
+EVEN_STEPS = 0.12  # by which share the longest step of a leg is shorter than the mean of the first
 GOLDEN = (math.sqrt(5) - 1) / 2  # its multiples, less the whole numbers, are never close again
 
 
 class Projection:
-    """The nearest state with the invariants of the start, to first order.
+    """The map from a state to the nearest one with the invariants of the start, to first order.
+
+    Residuals are smaller than the last digit of a double. They are formed in long double, relative
+    to the values at the run's own start: formed in double they would be rounded in the same way
+    each time, and hold the invariants at values that are slightly wrong. States and constants are
+    in the run's unit of time: in seconds l·e of a very fast top would be corrected by the axis
+    alone, to the rounding of l.
 
     Parameters
     ----------
     formulation : Formulation
     fixed : ndarray
-        The constants that occur in the invariants; their values at the start; the squares of the
-        slopes, beyond those of the invariants before, below which an invariant is left alone:
-        the rounding of its residual would move the state by more than the state's own.
+        The constants in the invariants; the invariants at the start; and for each invariant the
+        square of a gradient, less its part along those before, below which it is left alone: the
+        rounding of its residual would move the state by more than the state's own rounding.
 
     Attributes
     ----------
     stride : int
         Steps in a leg.
     inside, outside : ndarray of long double
-        Room for what goes in, a state and what is fixed, and for what comes out: the projected
-        state and the invariants.
+        Input of the compiled function, a state and `fixed`, and its output, the projected state and
+        its invariants before projection.
     """
 
     def __init__(self, formulation: Formulation, fixed: Any) -> None:
@@ -65,8 +56,8 @@ class Projection:
         self.stride, self._nearest = max(1, ROOM // width), _compile(formulation)
         self.inside: Any = np.concatenate((np.zeros(width), fixed)).astype(np.longdouble)
         self.outside: Any = np.zeros(width + count, np.longdouble)
-        self.fixed, self._given = self.inside[width:], self.inside[:width]
-        self._found = self.outside[:width]
+        self.fixed, self._state = self.inside[width:], self.inside[:width]
+        self._projected = self.outside[:width]
 
     @classmethod
     def of(cls, form: Formulation, parameters: Mapping[str, float], start: Array) -> Projection:
@@ -90,22 +81,27 @@ class Projection:
         return made
 
     def longest(self, mean: float, legs: int, longest: float | None) -> float:
-        """Return the longest step of a leg, after so many legs; `mean` is that of the first."""
+        """Return the longest step of a leg, after so many legs; `mean` is the mean of the first.
+
+        Natural steps may fall into a cycle, the same points period after period, rounded in the
+        same way each time, and then a random walk becomes a drift. Steps that are no longer than
+        the mean of the first leg, with another bound in every leg, do not.
+        """
         bound = mean * (1 - EVEN_STEPS * (legs * GOLDEN % 1))
         return bound if longest is None else min(bound, longest)
 
     def __call__(self, state: Array) -> Array:
         """Return the projected state, shape (n,): one Gauss-Newton step of least norm."""
-        self._given[:] = state
+        self._state[:] = state
         self._nearest(self.inside, outputs=self.outside)
-        return np.asarray(self._found, float)
+        return np.asarray(self._projected, float)
 
 
 @per_thread
 def _compile(formulation: Formulation) -> Any:
     """Compile x - J^+ (I(x) - target) and I(x), all of it in long double.
 
-    What is fixed is handed over like the states: heyoka takes as long again for parameters.
+    `fixed` is handed over like the states: with parameters a call of heyoka takes twice as long.
     """
     found = invariants_of(formulation)
     names = {s.name: hy.expression(s.name) for s in (*found.states, *found.constants)}
@@ -138,4 +134,5 @@ def _solve(rows: Sequence[Sequence[Any]], sides: Sequence[Any], floors: Sequence
 
 
 def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """Return the scalar product of two vectors of expressions."""
     return sum((x * y for x, y in zip(a, b, strict=True)), hy.expression(0.0))

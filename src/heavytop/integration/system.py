@@ -1,8 +1,9 @@
-"""heyoka, at its one door: its settings and numbers, and formulations as it takes them.
+"""The one place that imports heyoka: settings, numbers, translated equations, the unit of time.
 
-Whoever needs it takes it from here. It has wheels for Linux only, so pip installs it there alone.
-Here too is the unit of time in which the steps of a motion are taken: a power of two, so nothing
-is rounded. `heavytop.integration.engine` says what it is for.
+heyoka compares the error of a step with the largest state. The axis is of size 1; angular momenta
+may be a million times larger or smaller, and then one of the two has few digits, unseen. So times
+are multiplied by the pace of the motion, rates divided by it, constants by powers of it. A pace is
+a power of two, so that nothing is rounded; that of ordinary tops is 1.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from heavytop.exact.decimals import DOUBLE
 from heavytop.exact.pairs import Array
 
 try:
-    import heyoka
+    import heyoka  # it has wheels for Linux only, where alone pip installs it
 except ImportError as fault:
     if is_interrupt(fault):
         raise KeyboardInterrupt from None
@@ -30,10 +31,9 @@ except ImportError as fault:
 hy = heyoka
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
-# rad/s, between which rates are as good as of the size of one
-SLOWEST_PACE, FASTEST_PACE = 2.0**-8, 2.0**8
-MOST_EXPONENT = 500  # of the exponent: far beyond any top, and squares are still finite
-_HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
+SLOWEST_PACE, FASTEST_PACE = 2.0**-8, 2.0**8  # rad/s; motions between them have the pace 1
+MOST_EXPONENT = 500  # of a pace: far beyond any top, and squares are still finite
+_HEYOKAS_OWN = 20 * 2**30  # heyoka's default limit
 _FUNCTIONS = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "exp", "log")}
 
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
@@ -43,7 +43,7 @@ with suppress(RuntimeError):  # its folder cannot be made: heyoka works without
 
 
 def number_of(bits: int) -> Callable[[Any], Any]:
-    """Return what makes a number of so many bits of another one, or of a decimal text."""
+    """Return the function that rounds a number or a decimal text to so many bits."""
     return float if bits == DOUBLE else partial(hy.real, prec=bits)
 
 
@@ -78,10 +78,10 @@ def translate(expressions: Sequence[Any], names: dict[str, Any], bits: int = DOU
 def equations_of(
     form: Formulation, bits: int, events: tuple[str, ...]
 ) -> tuple[list[tuple[Any, Any]], tuple[str, ...], list[Any]]:
-    """Return first-order equations, every constant in them of so many bits.
+    """Return the equations of a formulation for heyoka, every number in them of so many bits.
 
-    These are pairs of a state and its derivative, for heyoka; the names of the constants of a run,
-    which are ``par[0]``, ``par[1]``, …; and the event functions.
+    They are pairs of a state and its derivative; the names of the constants of a run, which are
+    ``par[0]``, ``par[1]``, …; and the event functions.
     """
     watched = [form.events[name] for name in events]
     loaded = form.constants_in((*form.derivatives, *watched))
@@ -94,8 +94,8 @@ def equations_of(
 def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) -> Array:
     """Return the paces of motions through states, shape (..., n), with their constants [1/s].
 
-    Each is of the size of the largest of the rates in the state, and of what gravity and the
-    energy h can make of them: at a turning point rates may vanish, and they do not stay so.
+    A pace is of the size of the largest rate in the state, or of the rates to which gravity and the
+    energy h can lead: at a turning point rates may vanish, but only there.
 
     Examples
     --------
@@ -116,7 +116,7 @@ def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) ->
 
 
 def in_units(form: Formulation, pace: Any, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return constants of a formulation in the unit of time of a pace, by their symbols' names.
+    """Return constants of a formulation, by symbol name, in the unit of time of a pace.
 
     Examples
     --------
