@@ -1,4 +1,4 @@
-"""What other people would integrate the top with, to hold the Taylor integrator against.
+"""Published and user-written methods of integration, with which the Taylor integrator is compared.
 
 Every method is a row of `METHODS` and, once set up by `make_stepper`, a
 `heavytop.comparison.steppers.Stepper`. Reading the table needs none of the libraries (numba,

@@ -1,10 +1,9 @@
-"""Adaptive solvers: scipy's and CyRK's.
+"""Steppers of adaptive solvers: scipy's and CyRK's.
 
-A block is a fixed number of steps of a fresh solver, which begins with the step that the block
-before would have taken next and knows nothing else of what was before: so it is the same whoever
-takes it. LSODA finds its own first step, since it starts again at order 1. A look between two steps
-is a run aside from the earlier one, of the method's own accuracy, where scipy's interpolants of
-DOP853 and Radau are of lower order than their steps.
+A block is a fixed number of steps of a new solver, whose first step has the length that the block
+before would have taken next: so it depends on its start alone. LSODA starts again at order 1 and
+chooses its first step itself. States between two steps are computed by a separate run from the
+earlier step: scipy's interpolants of DOP853 and Radau are of lower order than the steps.
 """
 
 from __future__ import annotations
@@ -43,37 +42,36 @@ class Singular(IntegrationFailed):
 
 
 def right_hand_side(problem: InitialValueProblem, *, guarded: bool = True) -> RightSide:
-    """Return f(t, y), y a numpy array, that raises `Singular` instead of returning no numbers.
+    """Return f(t, y), y a numpy array, that raises `Singular` where derivatives are not finite.
 
-    Where it is not guarded it returns whatever numpy makes of a pole, as one does who writes it by
-    hand.
+    With guarded=False it returns what numpy makes of a pole, as a function written by hand does.
     """
-    known = problem.constants.values()
+    fixed = problem.constants.values()
     if not guarded:
-        bare, fixed = steppers.derivatives(problem.equations, np.float64, np), np.array([*known])
-        return lambda _, y: bare(*y, *fixed)
+        bare, array = steppers.derivatives(problem.equations, np.float64, np), np.array([*fixed])
+        return lambda _, y: bare(*y, *array)
     rates = steppers.derivatives(problem.equations)
 
-    def at(_: float, y: Any) -> Sequence[float]:
+    def guarded_rates(_: float, y: Any) -> Sequence[float]:
         try:
-            result: Sequence[float] = rates(*y.tolist(), *known)
+            result: Sequence[float] = rates(*y.tolist(), *fixed)
         except (ZeroDivisionError, OverflowError, ValueError) as error:
             raise Singular from error
         if not math.isfinite(sum(result)):
             raise Singular
         return result
 
-    return at
+    return guarded_rates
 
 
 class TakenSteps(NamedTuple):
     """Steps that a solver took from time 0."""
 
     times: Array  # with the start, shape (k + 1,)
-    states: Array
+    states: Array  # at these times
     evaluations: int
-    carry: tuple[float, ...] = ()  # the length of the step to go on with, if one can be given
-    steps: int = 0  # where more were taken than are here
+    carry: tuple[float, ...] = ()  # the length of the next step, if the solver takes one
+    steps: int = 0  # their number, where not all are in `times`
 
 
 Solver = Callable[..., TakenSteps]
@@ -86,14 +84,14 @@ class AdaptiveStepper(steppers.Stepper):
     Attributes
     ----------
     solver : Solver
-        Takes steps from time 0: of states, an end, a number of steps and the length of the first
-        one (of its own choice when left out).
+        Takes steps from time 0; its arguments are a state, the end, the most steps, and the length
+        of the first one (by default of its own choice).
     direction : int
         1 forwards, -1 backwards.
     far : float
         A time that no block passes [s].
     on_steps : callable
-        It is given the steps of each block.
+        Called with the steps of each block.
     """
 
     solver: Solver
@@ -114,24 +112,26 @@ class AdaptiveStepper(steppers.Stepper):
         return StepperState(time, tuple(state), taken.carry, at.steps + count, evaluations)
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
-        """Return the states at times in the block after a state: a run aside for each."""
+        """Return the states at times in the block after a state, by a separate run for each."""
         local = [add(t, (-at.time[0], -at.time[1]))[0] for t in times]
         ahead = [self.direction * t for t in local]
         taken = self._take_steps(np.array(at.state), self.direction * self.far, *at.carry)
         last = np.searchsorted(self.direction * taken.times, ahead, "right") - 1
-        rests = (t - float(taken.times[i]) for i, t in zip(last, local, strict=True))
-        rows = [self._rerun(taken.states[i], rest) for i, rest in zip(last, rests, strict=True)]
+        steps = zip(taken.states[last], taken.times[last].tolist(), local, strict=True)
+        rows = [self._integrate_over(t - begun, state) for state, begun, t in steps]
         return np.array(rows).reshape(-1, len(self.start))
 
-    def _rerun(self, state: Array, rest: float) -> Array:
-        if rest == 0:
+    def _integrate_over(self, span: float, state: Array) -> Array:
+        """Return the state after a part of a step."""
+        if span == 0:
             return state
-        times, states, *_ = self._take_steps(state, rest)
-        if times[-1] != rest:
+        times, states, *_ = self._take_steps(state, span)
+        if times[-1] != span:
             raise IntegrationFailed("the solver gave up between two steps")
         return np.asarray(states[-1])
 
     def _take_steps(self, state: Array, end: float, *first: float) -> TakenSteps:
+        """Return the steps of the solver from a state, if they are finite."""
         taken = self.solver(state, end, self.steps, *first)
         if not np.isfinite(taken.states).all():
             raise steppers.NotFinite
@@ -149,7 +149,7 @@ def scipy_stepper(
 ) -> AdaptiveStepper:
     """Return the stepper of a solver of `scipy.integrate`, by its name there.
 
-    With 0 steps in a block it is called once, as its users do, for the span of the problem.
+    With 0 steps in a block it is called once for the span of the problem, as users call it.
     """
     import scipy.integrate
 
@@ -159,7 +159,7 @@ def scipy_stepper(
 
     def solver(state: Array, end: float, most: int, first: float | None = None) -> TakenSteps:
         times, states = [0.0], [state]
-        with warnings.catch_warnings(action="ignore"):  # what they say is checked
+        with warnings.catch_warnings(action="ignore"):  # what they warn of is checked below
             try:
                 run = kind(rates, 0.0, state, end, first_step=first, **bounds)
                 while run.status == "running" and len(times) <= most:
@@ -183,15 +183,14 @@ def scipy_stepper(
 def cyrk_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> AdaptiveStepper:
     """Return the stepper of CyRK's DOP853 over a compiled right-hand side.
 
-    CyRK stops after a number of steps and keeps them all, so a block is a call with an end that it
-    does not reach. It does not say which step it would take next: the next block starts with the
-    length of the last one.
+    A block is a call that stops after a number of steps, before its end. CyRK does not return the
+    length of the next step: the next block starts with that of the last one.
     """
-    known = np.array([*problem.constants.values(), 0.0])  # the last counts the evaluations
+    arguments = np.array([*problem.constants.values(), 0.0])  # the last counts the evaluations
     (rates, seconds), (solve, more) = _cyrk_rates(problem.equations), _cyrk_solve()
 
     def solver(state: Array, end: float, most: int, first: float = 0.0) -> TakenSteps:
-        times, rows = solve(rates.address, state, end, known, tolerance, first, most)
+        times, rows = solve(rates.address, state, end, arguments, tolerance, first, most)
         if times.size < 2:
             raise IntegrationFailed("the solver gave up at its start")
         carry = (abs(float(times[-1] - times[-2])),)
@@ -203,7 +202,7 @@ def cyrk_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> 
 
 @cache
 def _cyrk_solve() -> tuple[Any, float]:
-    """Return what calls CyRK, compiled, and the seconds that took: CyRK's own are most of them."""
+    """Return a compiled function that calls CyRK, and the time of compiling, mostly CyRK's [s]."""
     from CyRK import nbsolve2_ivp
 
     def solve(
@@ -223,7 +222,7 @@ def _cyrk_solve() -> tuple[Any, float]:
 
 @cache
 def _cyrk_rates(equations: Formulation) -> tuple[Any, float]:
-    """Return the derivatives as a C function that counts its calls, and what compiling took [s]."""
+    """Return the derivatives as a C function that counts its calls, and the compile time [s]."""
     from CyRK import cyjit
     from numba import carray
 
@@ -231,12 +230,12 @@ def _cyrk_rates(equations: Formulation) -> tuple[Any, float]:
     n, k = len(equations.states), len(equations.constants_in(equations.derivatives))
     rates, to_fixed_tuple = steppers.compiled_function(steppers.derivatives(equations))
 
-    def at(dy: Any, t: float, y: Any, arguments: Any) -> None:
-        known = carray(arguments, (k + 1,))
-        result = rates(*to_fixed_tuple(carray(y, (n,)), n), *to_fixed_tuple(known[:k], k))
+    def counted_rates(dy: Any, t: float, y: Any, arguments: Any) -> None:
+        constants = carray(arguments, (k + 1,))
+        result = rates(*to_fixed_tuple(carray(y, (n,)), n), *to_fixed_tuple(constants[:k], k))
         for i in range(n):
             dy[i] = result[i]
-        known[k] += 1
-        dy[n] = known[k]
+        constants[k] += 1
+        dy[n] = constants[k]
 
-    return cyjit(at), time.perf_counter() - began
+    return cyjit(counted_rates), time.perf_counter() - began

@@ -1,11 +1,9 @@
-"""Compiled steps of one length in the axis form: splittings, and Gauss' collocation.
+"""Compiled methods of fixed step in the axis form: splittings and Gauss collocation.
 
-A splitting kicks l by the torque, and turns e about l. Coefficients of methods for q'' = f(q)
-(Runge-Kutta-Nystroem) serve here: the kick depends on e alone and the free motion is quadratic in
-l, so that the bracket of three kicks and a turn is 0.
-
-Collocation is iterated to rounding: a step ends where two sweeps agree, or where rounding keeps
-them from coming closer (Hairer, Lubich & Wanner, chapter VIII). Its sums are compensated.
+A splitting alternates kicks (l by the torque) and turns (e about l). Methods for q'' = f(q)
+(Runge-Kutta-Nystroem) apply: the kick depends on e alone and the free motion is quadratic in l, so
+that the bracket of three kicks and a turn is 0. Collocation is iterated until two sweeps agree or
+rounding keeps them apart (Hairer, Lubich & Wanner, chapter VIII); its sums are compensated.
 """
 
 from __future__ import annotations
@@ -27,8 +25,8 @@ from heavytop.exact.pairs import Array, two_product
 Turn = Literal["exact", "cayley"]
 
 _COEFFICIENT_BITS = 256  # of the coefficients of collocation
-_SWEEPS = 200
-_CONVERGED = 1e-11  # two sweeps no nearer than this, and not coming nearer, do not converge
+_SWEEPS = 200  # most in a step
+_CONVERGED = 1e-11  # an iteration that stops with a larger change has not converged
 
 
 def splitting(
@@ -45,14 +43,14 @@ def splitting(
     Parameters
     ----------
     lengths : pair of ndarray, shapes (s + 1,) and (s,)
-        Of kicks, l by the torque at fixed e, and of drifts between them, e about fixed l, in steps;
-        the last kick of a step and the first of the next are one.
+        Lengths, in steps, of the kicks (l by the torque at fixed e) and of the drifts between them
+        (e about fixed l).
     problem, setting, steps
         As of `heavytop.comparison.methods.MethodEntry.build`.
     turn : str
         ``exact``, the rotation by |l| h, or ``cayley``, by 2 atan(|l| h / 2).
     compensated : bool
-        Whether what each sum loses is carried along.
+        Whether sums are compensated: what each loses is carried along.
     """
     g, l_z = (problem.constants[name] for name in ("g", "l_z"))
     h, (kicks, drifts) = problem.span / setting, lengths
@@ -91,7 +89,10 @@ BLANES_MOAN_KICKS = (
 
 
 def composition(half: Sequence[str]) -> tuple[Array, Array]:
-    """Return the kicks and drifts of Strang's steps in a row, of these lengths and mirrored."""
+    """Return kicks and drifts of a symmetric composition of Strang's steps, given its first half.
+
+    The last of the lengths is the middle one.
+    """
     drifts = [Fraction(x) for x in half]
     kicks = [(a + b) / 2 for a, b in pairwise([Fraction(0), *drifts])]
     return _mirror(kicks, drifts)
@@ -107,7 +108,7 @@ def blanes_moan() -> tuple[Array, Array]:
 
 
 def _mirror(kicks: Sequence[Fraction], drifts: Sequence[Fraction]) -> tuple[Array, Array]:
-    """Return all kicks and drifts of the first halves; the last of the drifts is the middle one."""
+    """Return all kicks and drifts, given the first halves; the last drift is the middle one."""
     return np.array([*kicks, *kicks[::-1]], float), np.array([*drifts, *drifts[-2::-1]], float)
 
 
@@ -115,12 +116,15 @@ STRANG = partial(splitting, composition(["1"]))
 BLANES_MOAN = partial(splitting, blanes_moan())
 SOFRONIOU_SPALETTA = partial(splitting, composition(SOFRONIOU_SPALETTA_10), compensated=True)
 BOBENKO_SURIS = partial(splitting, composition(["1"]), turn="cayley")
-"""The integrable discrete Lagrange top, with the momentum half a kick on."""
+"""The integrable discrete Lagrange top, with the momentum half a kick later."""
 
 
 @cache
 def _steps(turn: Turn, *, compensated: bool) -> tuple[Kernel, float]:
-    """Return the compiled steps; `work` holds five lost words."""
+    """Return compiled steps of a splitting, and the compile time [s]; `work` holds five lost words.
+
+    The number of forces leaves out the last kick, which is the next step's first.
+    """
     added, turned = summation(compensated=compensated), _turns(turn)
 
     def advance(g: float, l_z: float, table: Any, y: Any, work: Any, steps: int) -> int:
@@ -140,17 +144,17 @@ def _steps(turn: Turn, *, compensated: bool) -> tuple[Kernel, float]:
             l_y, w_5 = added(l_y, w_5, kicks[last] * e_x)
         y[0], y[1], y[2], y[3], y[4] = e_x, e_y, e_z, l_x, l_y
         work[0], work[1], work[2], work[3], work[4] = w_x, w_y, w_z, w_4, w_5
-        forces: int = last - 1 if kicks[0] == 0 else last  # the last is the next step's first
+        forces: int = last - 1 if kicks[0] == 0 else last
         return forces * steps
 
     return compiled(advance)
 
 
 def _turns(turn: Turn) -> Any:
-    """Return the change of e turned about l, with t = tan(angle/2)/|l| by Rodrigues.
+    """Return the compiled function for the change of e that is turned about l (Rodrigues).
 
-    That is 2t/(1 + t^2 l^2) (l x e + t l x (l x e)): orthogonal for any t, so that what rounds t
-    changes an angle and no length.
+    With t = tan(angle/2)/|l| it is 2t/(1 + t^2 l^2) (l x e + t l x (l x e)): orthogonal for any t,
+    so that rounding of t changes the angle and no length.
     """
     from numba import njit
 
@@ -172,7 +176,7 @@ def _turns(turn: Turn) -> Any:
 
 
 def _tangent(terms: int) -> tuple[float, ...]:
-    """Return the coefficients of tan(a)/a in a^2, from tan' = 1 + tan^2."""
+    """Return the coefficients of the series of tan(a)/a in a^2, from tan' = 1 + tan^2."""
     found = [Fraction(1)]
     for n in range(1, terms):
         square = (a * b for a, b in zip(found, found[::-1], strict=True))
@@ -199,6 +203,7 @@ def _exact(square: float, h: float) -> float:
 
 
 def _cayley(square: float, h: float) -> float:
+    """Return tan(a)/|l| of a turn by 2a = 2 atan(|l| h/2)."""
     return h / 2
 
 
@@ -222,12 +227,12 @@ def gauss(s: int, problem: InitialValueProblem, setting: float, steps: int) -> F
 
 @cache
 def coefficients(s: int) -> tuple[Array, Array, Array]:
-    """Return A transposed above b, shape (s + 1, s), as doubles and the rest, and a third matrix.
+    """Return A transposed above b, shape (s + 1, s), as doubles and the rest, and an extrapolation.
 
     In doubles alone A and b are not quite symplectic, and the energy drifts (Hairer, McLachlan &
-    Razakarivony 2008). The third, shape (s, s), foresees a step: its transpose takes the
-    derivatives at the nodes to the increments up to the nodes of the next step, along the
-    polynomial through them.
+    Razakarivony 2008). The third matrix, shape (s, s), predicts the next step: along the polynomial
+    through the derivatives at the nodes its transpose takes these to the increments up to the nodes
+    of the next step.
     """
     with working(_COEFFICIENT_BITS):
         nodes = [(1 + arb.legendre_p_root(s, k)) / 2 for k in reversed(range(s))]
@@ -247,12 +252,12 @@ def coefficients(s: int) -> tuple[Array, Array, Array]:
 
 @cache
 def _gauss_steps(s: int) -> tuple[Kernel, float]:
-    """Return the compiled steps.
+    """Return compiled steps of collocation, and the compile time [s].
 
-    `table` has h times A transposed, b, what foresees a step, and the rests of A and of b. A step
-    starts from increments z at the nodes that the step before foresees, and improves them until
-    they stand. `work` holds five lost words, whether there is a step before, and its
-    derivatives (5, s). The rests of A and b, of the size of rounding, are enough once a step.
+    `table` has h times A transposed, b, the extrapolation, and the rests of A and of b. A step
+    starts from increments z at the nodes, extrapolated from the step before, and iterates until
+    they change no more. `work` holds five lost words, whether there is a step before, and its
+    derivatives (5, s). The rests of A and b, of the size of rounding, are applied once a step.
     """
     added, (rates, weighed) = summation(compensated=True), _sweep(s)
 
@@ -295,7 +300,7 @@ def _gauss_steps(s: int) -> tuple[Kernel, float]:
 
 
 def _sweep(s: int) -> tuple[Any, Any]:
-    """Return what computes the derivatives at s nodes, and what weighs them, compiled."""
+    """Return compiled functions for the derivatives at s nodes, and for their weighted sums."""
     from numba import njit
 
     def rates(y: Any, z: Any, f: Any, g: float, l_z: float) -> None:

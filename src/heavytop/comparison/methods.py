@@ -1,6 +1,6 @@
-"""The methods of others: what each is, how it is set, what it needs, and how it is set up.
+"""The table of published methods: their settings, what they need, and how they are set up.
 
-A new method is a row here, which carries all that studies ask of it, and a stepper.
+A new method is a stepper and a row here, which holds all that studies need to know of it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from heavytop.errors import Impossible, MissingPackage
 from heavytop.exact.decimals import DOUBLE
 
 BY_STEPS, BY_TOLERANCE = "steps a period", "tolerance"
-SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
+SLOW: Final = 10_000  # periods: the longest run of a method that takes a millisecond for each
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,17 +39,17 @@ class MethodEntry:
         Returns the stepper of a problem, from that, a setting and the number of steps in a block;
         None for the Taylor integrator.
     set_by : str
-        What is set: ``steps a period`` or ``tolerance`` (relative and absolute alike).
+        What its setting is: ``steps a period`` or ``tolerance`` (relative and absolute alike).
     default, setting : float
-        The setting when none is given, and that which is.
+        The usual setting, and the one that it has.
     least, most : float
-        The bounds a setting may have.
+        The bounds of settings.
     language : str
         What its steps and its right-hand side run in.
     order : int, optional
         Its order; None where it varies.
     source : str
-        Where it is published; empty of the Taylor integrator and of one's own.
+        Where it is published; empty for the Taylor integrator and for users' methods.
     block : int
         Steps in a block; 0 where the method itself chooses.
     needs : tuple of str
@@ -57,7 +57,7 @@ class MethodEntry:
     formulation : str
         The equations it integrates.
     variables : str
-        What its states are called, where they are not those of a formulation.
+        The name of its states, where they are not those of a formulation.
     grid : tuple of float
         The settings of a work-precision diagram, from the loosest to the tightest.
     stress : mapping from str to float
@@ -65,8 +65,9 @@ class MethodEntry:
     short : str
         Its heading in a stress test.
     bits : int
-        Of the numbers it computes in.
+        Bits of the numbers it computes with.
     projected : bool
+        Whether the state is put back onto the invariants of the start every few steps.
     """
 
     name: str
@@ -101,38 +102,38 @@ class MethodEntry:
 
     @property
     def is_rival(self) -> bool:
-        """Whether it is a method of others, or one's own."""
+        """Whether it is a published or a user's method, not the Taylor integrator."""
         return self.build is not None
 
     @property
     def published_order(self) -> int | None:
-        """Its order; None where it varies, and of one's own, of which it is measured."""
+        """Its order; None where it varies, and for users' methods, whose order is measured."""
         return self.order if self.source else None
 
     @property
     def states(self) -> str:
-        """What its states are: a formulation, or the variables of a method of one's own."""
+        """The name of its states: a formulation, or the variables of a user's method."""
         return self.variables or self.formulation
 
     @property
     def reach(self) -> float:
-        """The longest run [nutation periods]: a slow method goes no farther."""
+        """The longest run [nutation periods], `SLOW` for slow methods."""
         return SLOW if self.bits > DOUBLE or self.language == "python" else float("inf")
 
     @property
     def text(self) -> str:
-        """What asks for this method: its name, with the setting where it is not the usual one."""
+        """The text that names this method: its name, and the setting where it is not the usual."""
         setting = repr(self.setting).removesuffix(".0")
         return self.name if self.setting == self.default else f"{self.name}={setting}"
 
     @property
     def label(self) -> str:
-        """The name with the setting, for a person."""
+        """The name with the setting to three digits."""
         return f"{self.name}={self.setting:.3g}"
 
     @property
     def set_to(self) -> str:
-        """The setting in a few letters; empty of auto, which chooses.
+        """The setting in a few letters; empty for auto, which chooses it.
 
         Examples
         --------
@@ -146,7 +147,7 @@ class MethodEntry:
 
 
 def entry(name: str, setting: float, build: Any, **about: Any) -> MethodEntry:
-    """Return a method with its default setting."""
+    """Return a method with a default setting, which it has."""
     return MethodEntry(name=name, default=setting, setting=setting, build=build, **about)
 
 
@@ -164,10 +165,10 @@ _by_tolerance = partial(entry, set_by=BY_TOLERANCE, least=1e-15, most=1e-2, grid
 _fixed = partial(_by_steps, language="numba", needs=("numba",))
 _scipy = partial(_by_tolerance, language="python", needs=("scipy",))
 
-# Blocks take a fraction of a millisecond to a few of them, against microseconds around them; those
-# in Python tens, and LSODA's are longer, since each starts at order 1. In a grid are two or three
-# settings a decade of error, where there are so many; scipy's solvers are put under stress with
-# tolerances as tight as each goes in good time.
+# Compiled blocks take a fraction of a millisecond to a few of them, so that the microseconds around
+# them do not count; blocks in Python take tens, and LSODA's are longer, since each starts at order
+# 1. A grid has two or three settings a decade of error, where there are so many. In stress tests
+# scipy's solvers have the tightest tolerances with which each runs in good time.
 _ROWS: Final = (
     _fixed(
         "strang", 100.0, fixed_steps.STRANG, order=2, block=16384,
@@ -284,7 +285,7 @@ def named(name: str) -> MethodEntry:
 
 
 def _user_entry(name: str) -> MethodEntry:
-    """Return a method of one's own, which a person has named."""
+    """Return the row of a user's method that was registered."""
     own = registered(name).method
     if own.solves:
         row, usual = partial(_by_tolerance, most=1e-1), OWN_TOLERANCE

@@ -1,9 +1,8 @@
-"""What any method of integration is to a study: a stepper, which takes its steps in blocks.
+"""The interface of all methods of integration: steppers, which take their steps in blocks.
 
-From a state of the stepper a block leads to the next one, and in between the motion can be looked
-at. Such a state is numbers and nothing else: it can be stored, and another process goes on from it
-bit for bit. Here too is what a stepper is set up for, an `InitialValueProblem`, and the steppers of
-fixed step.
+A block leads from one `StepperState` to the next, and states between them can be computed. A state
+consists of numbers alone: it can be stored, and another process goes on from it bit for bit. A
+stepper is set up for an `InitialValueProblem`. Here are also the steppers of fixed step.
 """
 
 from __future__ import annotations
@@ -26,18 +25,18 @@ if TYPE_CHECKING:
 Advance = Callable[[Array, Array, int], int]
 """``advance(states, work, n)`` takes n steps, and changes both arrays in place.
 
-Work is what the method takes along. The result is the number of evaluations, or negative where the
-steps could not be taken.
+Work holds what the method keeps from step to step. The result is the number of evaluations, or
+negative where the steps could not be taken.
 """
 
 Kernel = Callable[..., int]
-"""Of g, l_z, the coefficients of a method times h, and then as `Advance`: compiled steps."""
+"""Compiled steps: arguments are g, l_z, the coefficients times h, and then those of `Advance`."""
 
 _KERNEL = "int64(float64, float64, float64[:, ::1], float64[::1], float64[::1], int64)"
 
 
 class IntegrationFailed(Exception):
-    """A stepper that cannot go on; the message says why, for a person, and `outcome` in a word."""
+    """A stepper that cannot go on; the message says why in a sentence, `outcome` in a word."""
 
     outcome = "stalled"
 
@@ -52,14 +51,14 @@ class NotFinite(IntegrationFailed):
 
 
 class MethodError(IntegrationFailed):
-    """A method of one's own that raises something, or returns what is no state."""
+    """A user's method that raises something, or returns what is no state."""
 
     outcome = "method-error"
 
 
 @dataclass(frozen=True, slots=True)
 class StepperState:
-    """Where a stepper is between two blocks.
+    """The state of a stepper between two blocks.
 
     Attributes
     ----------
@@ -68,7 +67,7 @@ class StepperState:
     state : tuple of float or str
         The states, in the order of the formulation; numbers beyond doubles as texts.
     carry : tuple of float or str
-        What else the method takes along: the length of its next step, lost low words.
+        What else the method keeps: the length of its next step, lost low words.
     steps : int
         Steps taken so far.
     evaluations : int
@@ -97,9 +96,9 @@ class Stepper:
     compile_s : float
         What compiling took, whenever that was [s].
     form : BodyForm or None
-        Of the body's own rotation, where it computes in that.
+        The form in which a user's method computes, where that is the rotation of the body.
     warned : Counter of str
-        How often a method of one's own gave each warning.
+        How often a user's method gave each warning.
     """
 
     start: tuple[Any, ...]
@@ -114,7 +113,7 @@ class Stepper:
         return StepperState((0.0, 0.0), self.start, (0.0,) * self.carried)
 
     def block(self, at: StepperState) -> StepperState:
-        """Take a block of steps; how many depends on nothing but the state.
+        """Take a block of steps, whose number depends on the state alone.
 
         Raises
         ------
@@ -128,10 +127,10 @@ class Stepper:
         raise NotImplementedError
 
     def output_time(self, t: float) -> DoubleDouble:
-        """Return the first time not before t at which the motion can be looked at.
+        """Return the first time not before t at which the stepper has a state.
 
-        That is t itself where states between the steps are as good as the steps are; of a method
-        of fixed step, the end of a step.
+        That is t itself where states between steps are as accurate as steps, and the end of a step
+        for a method of fixed step.
         """
         return t, 0.0
 
@@ -161,9 +160,9 @@ class InitialValueProblem:
     direction : int
         1 forwards, -1 backwards in time.
     period : float or None
-        The nutation period, of which steps of one length are parts [s].
+        The nutation period, of which fixed steps are parts [s].
     top : TopConstants or None
-        What a method of one's own may ask for.
+        The top itself, for users' methods.
     """
 
     equations: Formulation
@@ -175,7 +174,7 @@ class InitialValueProblem:
 
     @property
     def constants(self) -> dict[str, float]:
-        """Those parameters that the derivatives hold."""
+        """The parameters that occur in the derivatives."""
         form = self.equations
         names = [symbol.name for symbol in form.constants_in(form.derivatives)]
         return {name: float(self.parameters[name]) for name in names}
@@ -190,7 +189,10 @@ class InitialValueProblem:
 def derivatives(
     equations: Formulation, number: Callable[[Any], Any] = float, library: Any = math
 ) -> Callable[..., Sequence[Any]]:
-    """Return the derivatives as a function of the states and of the constants they hold."""
+    """Return the derivatives as a function of the states and of the constants that occur in them.
+
+    `number` makes the numbers in them, and `library` has the functions sin, cos and sqrt.
+    """
     from heavytop.equations.lambdify import lambdify
 
     functions = {name: getattr(library, name) for name in ("sin", "cos", "sqrt")}
@@ -199,14 +201,14 @@ def derivatives(
 
 
 def compiled_function(function: Callable[..., Any]) -> tuple[Any, Any]:
-    """Return derivatives compiled by numba, and what makes a tuple of an array for them."""
+    """Return derivatives compiled by numba, and numba's function that makes a tuple of an array."""
     from numba import njit
     from numba.np.unsafe.ndarray import to_fixed_tuple
 
     return njit(error_model="numpy")(function), to_fixed_tuple  # 1/0 is inf
 
 
-# --- steps of one length -------------------------------------------------------------------------
+# --- fixed steps ---------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -219,7 +221,7 @@ class FixedStep(Stepper):
         The step [s], negative backwards.
     advance : Advance
     scratch : int
-        Words of work that only go from step to step; those in `carried` go from block to block.
+        Words of work that are kept within a block; those in `carried` go from block to block.
     """
 
     h: float
@@ -251,9 +253,11 @@ class FixedStep(Stepper):
         return next(end for end in ends if (end >= (t, 0.0) if self.h > 0 else end <= (t, 0.0)))
 
     def _arrays(self, at: StepperState) -> tuple[Array, Array]:
+        """Return the two arrays that `advance` changes."""
         return np.array(at.state), np.array([*at.carry, *(0.0,) * self.scratch])
 
     def _advance(self, state: Array, work: Array, steps: int) -> int:
+        """Take steps, and return the number of evaluations."""
         evaluations = self.advance(state, work, steps)
         if evaluations < 0:
             why = "the iteration for a step does not converge: the steps are too long"
@@ -264,10 +268,10 @@ class FixedStep(Stepper):
 
 
 def compiled(function: Callable[..., Any], signature: str = _KERNEL) -> tuple[Any, float]:
-    """Return a function, by default the steps of a method, compiled by numba, and the seconds.
+    """Return a function compiled by numba, by default the steps of a method, and the seconds.
 
-    Nothing is reassociated, so that a number of steps leads to the same bits whatever calls they
-    are cut into; nothing compiled is kept on a disk.
+    Sums are not reassociated, so that steps give the same bits however they are divided into calls.
+    Compiled code is not kept on disk.
     """
     from numba import njit
 
@@ -276,7 +280,7 @@ def compiled(function: Callable[..., Any], signature: str = _KERNEL) -> tuple[An
 
 
 def summation(*, compensated: bool) -> Any:
-    """Return what adds a term to a sum: from (sum, lost, term) to (sum, lost)."""
+    """Return the compiled function that adds a term: from (sum, lost, term) to (sum, lost)."""
     from numba import njit
 
     def plain_sum(total: float, lost: float, term: float) -> tuple[float, float]:

@@ -1,10 +1,8 @@
-"""Methods of one's own: a step or a solver that a person names, and how it is found and loaded.
+"""Users' methods: steps or solvers, and how they are found and loaded.
 
-    mine.py:rk4=200                 a function of a file, 200 steps a period
-    mypackage.integrators:rk4       a function of a module
-
-Code runs only because a person names it, on the command line or in Python: `register` loads it.
-Nothing that is read from a file does that, so that a stored study or a scene never starts code.
+``mine.py:rk4=200`` is a function of a file with 200 steps a period, ``mypackage.integrators:rk4``
+one of a module. `register` loads them, only because a user names them on the command line or in
+Python: nothing that is read from a file, neither a stored study nor a scene, starts code.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ from typing import Any, Final, NamedTuple
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible
 
-HANDED_OVER: Final = "own:"  # how the name of a method begins that is no text
+HANDED_OVER: Final = "own:"  # how the name of a method begins that was given as an object
 OWN_STEPS, OWN_TOLERANCE = 100.0, 1e-9  # settings where none is given
 # forms of the attitude and the body's angular velocity
 BODY_FORMS: Final = ("rotation", "quaternion")
@@ -102,12 +100,12 @@ class Method:
 
     @property
     def needs_times(self) -> bool:
-        """Whether it is a solver that must be told at which times its result is wanted."""
+        """Whether it is a solver with a mandatory argument ``t_eval``."""
         return self._arguments.get("t_eval") is inspect.Parameter.empty
 
     @property
     def _arguments(self) -> dict[str, Any]:
-        """What its function takes, with what it takes by default."""
+        """The arguments of its function, with their defaults."""
         try:
             names = inspect.signature(self.function).parameters
         except (TypeError, ValueError):  # a builtin has none
@@ -121,23 +119,23 @@ class Method:
 
     @property
     def language(self) -> str:
-        """What its steps run in."""
+        """The language of its steps."""
         return "numba" if self.compiled else "python"
 
 
-# --- what a person registers ---------------------------------------------------------------------
+# --- the methods of this process -----------------------------------------------------------------
 
 
 class Registered(NamedTuple):
-    """A method that may run in this process, and what another process finds it by.
+    """A method that may run in this process, and from where another process can load it.
 
     Attributes
     ----------
     method : Method
     digest : str
-        SHA-256 of the file it stands in; empty where there is none.
+        SHA-256 of the file it is in; empty where there is none.
     place : str
-        What loads it elsewhere; empty for a function that cannot be had elsewhere.
+        ``FILE.py:NAME`` or ``MODULE:NAME``; empty for a function that cannot be loaded elsewhere.
     """
 
     method: Method
@@ -153,15 +151,14 @@ _REGISTERED: Final[dict[str, Registered]] = {}
 
 
 def register(asked: str | Method | Callable[..., Any]) -> str:
-    """Let a method run in this process because a person named it, and return its name in studies.
+    """Let a method that a user named run in this process, and return its name in studies.
 
-    A text without a method of one's own is returned as it is.
+    A text that names no user's method is returned as it is.
 
     Parameters
     ----------
     asked : str, Method or callable
-        ``FILE.py:NAME`` or ``MODULE:NAME``, with ``=SETTING`` or without; or what stands there
-        itself.
+        ``FILE.py:NAME`` or ``MODULE:NAME``, with ``=SETTING`` or without; or the method itself.
 
     Raises
     ------
@@ -183,46 +180,46 @@ def register(asked: str | Method | Callable[..., Any]) -> str:
 
 
 def registered(name: str) -> Registered:
-    """Return a method that a person named.
+    """Return a registered method by its name in studies.
 
     Raises
     ------
     Impossible
-        Nobody did.
+        Nobody has named it.
     """
     expect_named([name])
     return _REGISTERED[name]
 
 
 def expect_named(names: Iterable[str]) -> None:
-    """Refuse methods of which a person has not named every one.
+    """Refuse names of which not all are registered.
 
     Raises
     ------
     Impossible
-        All that have to be named are in the message.
+        The message has all that must be named.
     """
     names = [*names]
     if lacking := [name for name in names if name not in _REGISTERED]:
         rule = "is your own code, which runs only if you name it"
-        text = f"{', '.join(lacking)} {rule}: --methods {','.join(names)}"
-        raise Impossible([("method", text)])
+        raise Impossible([("method", f"{', '.join(lacking)} {rule}: --methods {','.join(names)}")])
 
 
-def _is_users(texts: Iterable[str]) -> dict[str, Registered]:
+def _registered_in(texts: Iterable[str]) -> dict[str, Registered]:
+    """Return the registered methods among texts that name methods, with settings or without."""
     names = dict.fromkeys(text.partition("=")[0] for text in texts)
     return {name: _REGISTERED[name] for name in names if name in _REGISTERED}
 
 
 def as_parameters(texts: Iterable[str]) -> dict[str, dict[str, str]]:
-    """Return what a study remembers of methods of one's own: nothing where there are none."""
-    found = {name: own.digest for name, own in _is_users(texts).items()}
+    """Return the parameters of a study for its users' methods, their digests; none without them."""
+    found = {name: own.digest for name, own in _registered_in(texts).items()}
     return {"own": found} if found else {}
 
 
 def origins(texts: Iterable[str]) -> Origins:
-    """Return where those methods come from that are one's own and can be loaded elsewhere."""
-    return [(name, *own[1:]) for name, own in _is_users(texts).items() if own.place]
+    """Return names, digests and places of those users' methods that can be loaded elsewhere."""
+    return [(name, *own[1:]) for name, own in _registered_in(texts).items() if own.place]
 
 
 def expect_anywhere(texts: Iterable[str]) -> None:
@@ -231,22 +228,22 @@ def expect_anywhere(texts: Iterable[str]) -> None:
     Raises
     ------
     Impossible
-        A function stands in no file or module.
+        A function is in no file or module.
     """
     rule = "must stand in a file or a module, as it runs in another process"
-    if homeless := [(name, rule) for name, own in _is_users(texts).items() if not own.place]:
-        raise Impossible(homeless)
+    if faults := [(name, rule) for name, own in _registered_in(texts).items() if not own.place]:
+        raise Impossible(faults)
 
 
-def load(those: Origins) -> None:
-    """Load in this process what a person named in another one.
+def load(methods: Origins) -> None:
+    """Load in this process the methods that a user named in another one.
 
     Raises
     ------
     Impossible
-        The code is another one here.
+        The code here is not the same.
     """
-    for name, digest, place in those:
+    for name, digest, place in methods:
         if name not in _REGISTERED or _REGISTERED[name].digest != digest:
             found = _loaded(place)
             if found.digest != digest:
@@ -262,7 +259,7 @@ def _loaded(place: str) -> Registered:
         raise Impossible([("method", f"{where}: there is no such file")])
     try:
         module = _run_file(path) if path else importlib.import_module(where)
-    except (Exception, SystemExit) as fault:  # whatever it raises, it is not ours
+    except (Exception, SystemExit) as fault:  # whatever the user's code raises
         why = " ".join(f"{type(fault).__name__}: {fault}".split())
         raise Impossible([("method", f"{where} raises {why}")]) from fault
     if not hasattr(module, name):
@@ -273,7 +270,7 @@ def _loaded(place: str) -> Registered:
 
 
 def _run_file(path: Path) -> Any:
-    """The module that a file is; what stands beside it can be imported by it."""
+    """Run a file as a module, which may import its neighbours, and return that."""
     name = f"heavytop_own_{sha256(str(path).encode()).hexdigest()[:12]}"
     spec = spec_from_file_location(name, path)
     assert spec is not None
@@ -289,18 +286,20 @@ def _run_file(path: Path) -> Any:
 
 
 def _as_method(found: Any) -> Method:
+    """Return a method as it is, and a function as a method."""
     return found if isinstance(found, Method) else Method(found)
 
 
 def _origin(function: Callable[..., Any]) -> tuple[str, str]:
-    """The digest of the file of a function, and what loads it elsewhere, if that is known."""
+    """Return the digest and the place of a function, as `Registered` has them."""
     function = getattr(function, "py_func", function)
     module, name = getattr(function, "__module__", ""), getattr(function, "__qualname__", ".")
     home = sys.modules.get(module)
     found = getattr(home, name, None)
-    here = getattr(found, "py_func", found) is function and module != "__main__"
-    return _digest(getattr(home, "__file__", None)), f"{module}:{name}" if here else ""
+    loadable = getattr(found, "py_func", found) is function and module != "__main__"
+    return _digest(getattr(home, "__file__", None)), f"{module}:{name}" if loadable else ""
 
 
 def _digest(file: str | None) -> str:
+    """Return the SHA-256 of a file, or '' where there is none."""
     return sha256(Path(file).read_bytes()).hexdigest() if file and Path(file).is_file() else ""

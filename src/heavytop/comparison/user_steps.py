@@ -1,6 +1,6 @@
-"""How a method of one's own is run: steps or a solver as a stepper, and the forms it may ask for.
+"""Steppers of users' methods, for steps and for solvers, and the body's rotation as equations.
 
-What the code of a person does wrong ends its run with a sentence that says what it was.
+An error in a user's code ends its run with a `MethodError`, which says what was wrong.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from heavytop.exact.pairs import Array
 Rates = Callable[[Array], Array]
 T = TypeVar("T")
 
-STEPS_A_BLOCK: Final = {"python": 200, "numba": 4096}  # steps between two looks
-HUGE: Final = 1e30  # beyond it nan comes of an overflow
-SOLVED: Final = 4.0  # periods that a solver goes at once
-FIRST_CALL: Final = 1e-3  # of that: a call in which it imports and compiles
+STEPS_A_BLOCK: Final = {"python": 200, "numba": 4096}
+HUGE: Final = 1e30  # of larger numbers nan comes by overflow, and is no error of the code
+SOLVED: Final = 4.0  # periods in a call of a solver
+FIRST_CALL: Final = 1e-3  # the part of that in a first call, in which it imports and compiles
 
 
 def user_stepper(own: Method, problem: InitialValueProblem, setting: float, steps: int) -> Stepper:
-    """Return a method of one's own set up for a problem; with `steps` 0 blocks are as it thinks.
+    """Return a user's method set up for a problem; with `steps` 0 blocks have their usual length.
 
-    Its first step is taken here and thrown away, so that what it imports and compiles is no part
-    of a block, and is held against no limit of time.
+    A first step is taken here and its result dropped, so that importing and compiling is no part
+    of a block and counts towards no limit of time.
     """
     start, form = problem.start, None
     if own.formulation in BODY_FORMS:
@@ -47,11 +47,12 @@ def user_stepper(own: Method, problem: InitialValueProblem, setting: float, step
     warned, f = Counter[str](), RightHandSide(function, constants, problem.top)
     about: dict[str, Any] = {"start": start, "form": form, "warned": warned}
     if own.solves:
-        span, ahead = problem.span * (1.0 if steps else SOLVED), problem.direction
+        span = problem.span * (1.0 if steps else SOLVED)
         solve = _solver(_count_warnings(own.function, warned), f, setting, own.needs_times)
         with suppress(IntegrationFailed):
             solve(np.array(start), span * FIRST_CALL)
-        return AdaptiveStepper(solver=solve, direction=ahead, steps=1, far=abs(span), **about)
+        about |= {"solver": solve, "direction": problem.direction}
+        return AdaptiveStepper(steps=1, far=abs(span), **about)
     h, block = problem.span / setting, steps or STEPS_A_BLOCK[own.language]
     if own.compiled:
         take = _compiled_steps(own.function, _compiled_rates(function, constants, len(start)), h)
@@ -62,7 +63,7 @@ def user_stepper(own: Method, problem: InitialValueProblem, setting: float, step
     return FixedStep(h=h, advance=_count_warnings(take, warned), steps=block, **about)
 
 
-# --- the right-hand side that it is given --------------------------------------------------------
+# --- the right-hand side that a method is given --------------------------------------------------
 
 
 def _compiled_rates(function: Callable[..., Any], constants: tuple[float, ...], n: int) -> Any:
@@ -81,7 +82,7 @@ def _compiled_rates(function: Callable[..., Any], constants: tuple[float, ...], 
 
 
 class RightHandSide:
-    """The f(y) of a step: it counts its calls, and knows its top; on a pole its numbers are nan.
+    """The f(y) that a step is given, which counts its calls; on a pole its values are nan.
 
     Attributes
     ----------
@@ -94,7 +95,7 @@ class RightHandSide:
         self.function, self.constants, self.top, self.calls = function, constants, top, 0
 
     def __call__(self, y: Any) -> Any:
-        """Return the derivatives; of an array of another library, as JAX traces, one of that."""
+        """Return the derivatives, as an array of the library of y (of JAX, for its tracers)."""
         self.calls += 1
         if not isinstance(y, np.ndarray) and hasattr(y, "__array_namespace__"):
             return y.__array_namespace__().stack(self.function(*y, *self.constants))
@@ -108,7 +109,7 @@ class RightHandSide:
 
 
 def _steps(step: Callable[..., Any], f: RightHandSide, h: float) -> steppers.Advance:
-    """Return what takes steps one by one, and names what one of them did wrong."""
+    """Return the `Advance` of a step in Python, which checks every step."""
 
     def advance(state: Array, _work: Array, steps: int) -> int:
         y, before = state.copy(), f.calls
@@ -121,7 +122,7 @@ def _steps(step: Callable[..., Any], f: RightHandSide, h: float) -> steppers.Adv
 
 
 def _compiled_steps(step: Callable[..., Any], f: Any, h: float) -> steppers.Advance:
-    """Return what takes compiled steps in a compiled loop; the first one is looked at."""
+    """Return the `Advance` of a compiled step, a compiled loop; it checks only the first step."""
     from numba import njit
 
     def many(y: Any, h: float, steps: int) -> Any:
@@ -129,12 +130,12 @@ def _compiled_steps(step: Callable[..., Any], f: Any, h: float) -> steppers.Adva
             y = step(f, y, h)
         return y
 
-    loop, looked_at = njit(many), [False]
+    loop, checked = njit(many), [False]
 
     def advance(state: Array, _work: Array, steps: int) -> int:
-        if not looked_at[0]:
+        if not checked[0]:
             _take_step(step, f, state.copy(), h)
-            looked_at[0] = True
+            checked[0] = True
         with _name_errors():
             state[:] = loop(state.copy(), h, steps)
         return steps  # evaluations are not counted in compiled code: one a step at least
@@ -143,20 +144,20 @@ def _compiled_steps(step: Callable[..., Any], f: Any, h: float) -> steppers.Adva
 
 
 def _count_warnings(function: Callable[..., T], warned: Counter[str]) -> Callable[..., T]:
-    """A function whose warnings are counted, and not printed."""
+    """Return a function whose warnings are counted and not printed."""
 
-    def watched(*given: Any, **options: Any) -> T:
-        with warnings.catch_warnings(record=True, action="always") as heard:
+    def counted(*given: Any, **options: Any) -> T:
+        with warnings.catch_warnings(record=True, action="always") as caught:
             try:
                 return function(*given, **options)
             finally:
-                warned.update(f"{each.category.__name__}: {each.message}" for each in heard)
+                warned.update(f"{each.category.__name__}: {each.message}" for each in caught)
 
-    return watched
+    return counted
 
 
 def _take_step(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
-    """Take one step, and tell what it did wrong."""
+    """Return the state after one step; raise MethodError where it is none."""
     with _name_errors():
         after = _read_reals(step(f, y.copy(), h))
     if after.shape != y.shape:
@@ -167,7 +168,7 @@ def _take_step(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
 
 
 def _read_reals(found: Any) -> Array:
-    """What a person's code returned, if it is real numbers."""
+    """Return the result of a user's code as an array of floats, if it is real numbers."""
     array = np.array(found)
     if array.dtype.kind not in "fiu":
         raise steppers.MethodError(f"it returns numbers of type {array.dtype}, not reals")
@@ -176,7 +177,7 @@ def _read_reals(found: Any) -> Array:
 
 @contextmanager
 def _name_errors() -> Iterator[None]:
-    """Name whatever the code of a person raises."""
+    """Turn whatever a user's code raises into a MethodError that names it."""
     try:
         yield
     except IntegrationFailed:
@@ -192,7 +193,7 @@ def _name_errors() -> Iterator[None]:
 def _solver(
     solver: Callable[..., Any], rates: RightHandSide, tolerance: float, at_times: bool
 ) -> Solver:
-    """Return what calls a solver of one's own once for a span: only its end is looked at."""
+    """Return the `Solver` that calls a user's solver once for a span; only the end is used."""
 
     def fun(_: float, y: Any) -> Any:
         return rates(y)
@@ -201,9 +202,9 @@ def _solver(
 
     def solve(state: Array, span: float, *_: float) -> TakenSteps:
         before, ends = rates.calls, (0.0, span)
-        asked: dict[str, Any] = {"t_eval": np.array(ends)} if at_times else {}
+        times_too: dict[str, Any] = {"t_eval": np.array(ends)} if at_times else {}
         with _name_errors():
-            found = solver(fun, ends, state.copy(), rtol=tolerance, atol=tolerance, **asked)
+            found = solver(fun, ends, state.copy(), rtol=tolerance, atol=tolerance, **times_too)
             times, end = _read_reals(found.t), _read_reals(found.y)[:, -1]
         if not getattr(found, "success", True) or not math.isclose(times[-1], span):
             why = str(getattr(found, "message", "")).strip().rstrip(".")
@@ -229,7 +230,7 @@ class BodyForm:
     ----------
     name : {"rotation", "quaternion"}
     parameters : mapping from str to float
-        Those of the axis form.
+        The constants of the axis form.
     """
 
     def __init__(self, name: str, parameters: Mapping[str, float]) -> None:
@@ -240,7 +241,7 @@ class BodyForm:
         self.parameters = parameters
 
     def start(self, state: Array) -> Array:
-        """The states for those of the axis form."""
+        """Return the states of this form for those of the axis form."""
         known = self.parameters
         (x, y, z), l = state[:3], np.array([*state[3:], known["l_z"]])  # noqa: E741
         theta, psi = math.atan2(math.hypot(x, y), z), known["psi_0"]
@@ -255,12 +256,12 @@ class BodyForm:
         return np.concatenate([attitude, (R.T @ l) / (1.0, 1.0, self.constants[1])])
 
     def axis_states(self, y: Array) -> Array:
-        """The states of the axis form: the axis, and the angular momentum across."""
+        """Return the states of the axis form: the axis, and the horizontal angular momentum."""
         R = self._rotation(y[:-3])
         return np.concatenate([R[:, 2], (R @ (y[-3:] * (1.0, 1.0, self.constants[1])))[:2]])
 
     def observe(self, y: Sequence[Any], sqrt: Callable[[Any], Any]) -> Sequence[Any]:
-        """What the states say themselves, in any arithmetic: u, udot, the invariants, the axis.
+        """Return u, udot, the invariants and the axis of a state, in any arithmetic.
 
         The invariants are energy, p_phi and p_psi over A, the length of the axis and the distance
         of R^T R from 1. E' is E less the spin's energy at the start.
@@ -304,7 +305,7 @@ def _quaternion_rates(*y: float) -> Any:
 
 
 def _matrix(q: Array) -> Array:
-    """The matrix of a quaternion, quadratic in it."""
+    """The rotation matrix of a quaternion, quadratic in it: not normalised."""
     a, b, c, d = q
     return np.array([
         [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],

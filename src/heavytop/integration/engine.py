@@ -153,8 +153,7 @@ class Engine:
         start, pars = ([self.number(0.0)] * len(x) for x in (equations, self._loaded))
         if bits == DOUBLE:
             zeros = list(map(hy.nt_event, functions, map(_recorder, self._zeros)))
-            compensated = tolerance < EPSILON
-            kind = {"tol": tolerance, "high_accuracy": compensated, "nt_events": zeros}
+            kind = {"tol": tolerance, "high_accuracy": tolerance < EPSILON, "nt_events": zeros}
         else:  # without compact mode compiling takes minutes
             many = bits >= PARALLEL_BITS
             kind = {"fp_type": hy.real, "prec": bits, "compact_mode": True, "parallel_mode": many}

@@ -76,8 +76,7 @@ class EventZeros(NamedTuple):
         """Return the zeros of an event function at some indices of the readings of a run."""
         t, states, form = at.t[place], at.states[place], run.orbit.integrator.formulation
         residual, slope = form_values(form, event, states, run.orbit.parameters, t)
-        turning = np.full(t.size, event == "turning")
-        return cls(place, t, t_low, level, residual, slope, turning)
+        return cls(place, t, t_low, level, residual, slope, np.full(t.size, event == "turning"))
 
     @classmethod
     def join(cls, parts: Iterable[EventZeros]) -> EventZeros:
@@ -222,8 +221,7 @@ def events_of(trajectory: Trajectory) -> Events:
             doubles = {name: columns[name].astype(np.float64) for name in STORED}
             low = (columns["t"] - doubles["t"]).astype(np.float64)
         doubles["t"], doubles["t_low"] = _clip_times(doubles["t"], low, trajectory.orbit.end)
-    kinds = tuple(kind.tolist())
-    return Events(kinds, **doubles, place=chosen.place, asked=scene.events, own=own)
+    return Events(tuple(kind.tolist()), **doubles, place=chosen.place, asked=scene.events, own=own)
 
 
 def events_expected(trajectory: Trajectory) -> list[tuple[str, Any]]:

@@ -158,8 +158,7 @@ def plan_steps(scene: Scene, formulation: str = "auto") -> Plan:
 
 def _plan_nothing(why: str) -> Plan:
     """Return the plan that integrates nothing, because the closed form has the answer."""
-    reason = f"nothing is integrated, the closed form answers: {why}"
-    return Plan("none", reasons=(reason,))
+    return Plan("none", reasons=(f"nothing is integrated, the closed form answers: {why}",))
 
 
 # --- what a formulation cannot give ------------------------------------------------------------
@@ -404,8 +403,7 @@ def _precision_reasons(scene: Scene, chosen: Plan) -> Iterator[str]:
 def _warnings(expected: CostModel, chosen: Plan) -> Iterator[str]:
     """Yield what may go wrong: growing angles, rounding on a separatrix, a long integration."""
     motion, count = expected.motion, expected.periods
-    grows = FORMULATIONS[chosen.formulation].grows
-    if grows and motion.nutates and count > LONG_FOR_LAGRANGE:
+    if FORMULATIONS[chosen.formulation].grows and motion.nutates and count > LONG_FOR_LAGRANGE:
         yield (
             f"{count:.0f} nutation periods with phi and psi in the state: they grow, the step "
             "control follows them, and phase is lost as the cube of the time; use the axis form"

@@ -1,4 +1,4 @@
-"""Stress: the motions at which methods fail, every method at each of them, and how each fails.
+"""Stress tests: every method at every motion at which some are known to fail, and how each fails.
 
 A task is a method at a case, in a process that can be killed.
 """
@@ -31,11 +31,7 @@ KIND: Final = "stress"
 BUDGET_S: Final = 240.0
 TIME_S: Final = 3.0
 MOST_STRESS_STEPS: Final = 2_000_000
-STRESS_LIMITS: Final = {
-    "budget": Range(0, 1e6),
-    "time_limit": Range(0.01, 1e5),
-    "jobs": JOBS,
-}
+STRESS_LIMITS: Final = {"budget": Range(0, 1e6), "time_limit": Range(0.01, 1e5), "jobs": JOBS}
 
 # --- the study -------------------------------------------------------------------------------
 
@@ -51,7 +47,7 @@ def stress(
     executor: Executor | None = None,
     progress: Callable[[Progress], object] | None = None,
 ) -> Stress:
-    """Put methods under stress: at every motion at which some are known to fail.
+    """Run methods at every motion at which some are known to fail.
 
     Parameters
     ----------
@@ -93,8 +89,8 @@ def stress(
 
     Notes
     -----
-    Accuracy: ``tests/studies/test_stress.py`` holds what a case allows to integrated variational
-    equations.
+    Accuracy: ``tests/studies/test_stress.py`` compares the conditions of cases with integrated
+    variational equations.
     """
     check_how(progress, executor)
     limits = {"budget": budget, "time_limit": time_limit, "jobs": jobs}
@@ -109,8 +105,7 @@ def stress(
     if all(each.absent for each in known):
         raise errors.MissingPackage(known[0].name, known[0].absent)
     tried = [*dict.fromkeys(each.name for each in chosen)]
-    limit = values.pop("time_limit")
-    parameters = parameters_of(KIND, names, cases=tried, time_limit=limit)
+    parameters = parameters_of(KIND, names, cases=tried, time_limit=values.pop("time_limit"))
     with Journal.open(folder, parameters) as journal:
         return complete(journal, executor=executor, on_progress=progress, **values)
 
@@ -122,20 +117,20 @@ def tasks(parameters: Parameters) -> list[str]:
 
 
 def complete(journal: Journal, *, budget: float | None = None, **how: Any) -> Stress:
-    """Do the runs that are left and for which there is time, and return the result."""
+    """Do those runs that are left for which there is time, and return the result."""
     budget = keep_budget(journal, budget, BUDGET_S)
     run(journal, budget=budget, **how)
     return collect(journal, budget)
 
 
 def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
-    """Return what is stored of a stress test.
+    """Return the result of a stress test as far as it is stored.
 
     Parameters
     ----------
     journal : Journal
     budget : float
-        What it was given [s].
+        Its budget [s].
     """
     parameters, runs, skipped = journal.parameters, list[Any](), list[Any]()
     methods = [stress_method(name) for name in parameters["methods"]]
@@ -158,12 +153,12 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
 
 
 def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
-    """Do one run in a process that can be killed; no clock runs while it gets ready."""
+    """Do one run in a process that can be killed; its time limit begins once it is set up."""
     case, _, method = task.partition("/")
-    limit, mine = parameters["time_limit"], user.origins(parameters.get("own", {}))
-    asked = case, method, reference(case), mine
+    limit, own = parameters["time_limit"], user.origins(parameters.get("own", {}))
+    arguments = case, method, reference(case), own
     try:
-        [_, found] = TIMED_WORKER.stages(run_task, *asked, limits=(SET_UP_S, limit))
+        [_, found] = TIMED_WORKER.stages(run_task, *arguments, limits=(SET_UP_S, limit))
     except TimedOut:
         about = {"case": case, "method": method, "formulation": stress_method(method).states}
         what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed after {limit:g} s"}
@@ -174,14 +169,14 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
 def run_task(
     case: str, method: str, truth: CaseReference, methods: user.Origins = ()
 ) -> Iterator[Row]:
-    """In the worker: compile what a method needs; then do a run, and judge it."""
+    """In a worker: yield an empty row once the method is compiled, then that of its run."""
     user.load(methods)
-    with Path(os.devnull).open("w", encoding="utf-8") as nothing:  # the Fortran and C of solvers
+    with Path(os.devnull).open("w", encoding="utf-8") as nothing:  # Fortran and C print here
         os.dup2(nothing.fileno(), 2)
     chosen = stress_method(method)
-    go = prepare(all_cases()[case], chosen, truth, MOST_STRESS_STEPS)
+    do_run = prepare(all_cases()[case], chosen, truth, MOST_STRESS_STEPS)
     yield Row()
-    yield judge(go(), truth, case, chosen)
+    yield judge(do_run(), truth, case, chosen)
 
 
 def listing() -> StressCases:

@@ -1,9 +1,8 @@
-"""The cases: motions at which methods are known to fail, why each is hard, and what it allows.
+"""The cases of stress tests: motions at which methods are known to fail, and why each is hard.
 
-Numbers are exact texts, so that the truth of a case is the same for every method. Spans end
-between turning points, where an error in time shows. The condition says what an ulp does to the
-axis at the end: how far the exact motion moves there when axis, angular momentum and gravity move,
-each in its natural size, at the start or on the way, where rounding is as bad; the worst of these.
+Numbers are exact texts, the same for every method; spans end between turning points, where an error
+in time shows. The condition of a case is the change of the exact axis at the end by relative
+changes of axis, angular momentum and gravity at the worst of several times, from the start on.
 Beyond a hundred periods it is taken to grow as the time.
 """
 
@@ -38,10 +37,10 @@ BETSCH: Final = ("6.375e-3", "7.5e-4", "0.73575")
 SPAN: Final = "2.618"  # nutation periods
 
 ROUNDINGS: Final = 16  # of the start, of constants and of steps, that every method may make
-FOLLOWED: Final = 100  # periods
-RESTARTS: Final = 8  # times from which the axis is followed to the end
-TRUTH_DIGITS: Final = 60  # of the closed form,
-CONDITION_STEP: Final = 1e-30  # in which a change is so large
+FOLLOWED: Final = 100  # periods over which conditions are computed
+RESTARTS: Final = 8  # times at which the state is changed for the condition
+TRUTH_DIGITS: Final = 60  # of the closed form
+CONDITION_STEP: Final = 1e-30  # the relative change
 AXIS: Final = 2.0  # how far apart two axes can be
 
 
@@ -58,19 +57,21 @@ def _case(
     name: str, hard: str, top: Any, *, counted: bool = False, time: Any = None,
     periods: Any = SPAN, **start: Any,
 ) -> Scene:  # fmt: skip
+    """Return a case: a scene that wants the axis, and events too where these are counted."""
     about: Any = {"periods": periods} if time is None else {"time": time}
     about |= {"name": name, "title": hard, "events": EVENTS if counted else ()}
     return Scene(Top(*top), State(**start), quantities=("axis",), samples=2, digits=10, **about)
 
 
 def _shipped(name: str, hard: str, scene: str, **more: Any) -> Scene:
+    """Return a case with top and start of a shipped scene."""
     read = load_scene(scene)
     top = (read.top.A, read.top.C, read.top.gMR)
     return _case(name, hard, top, **dict(read.start.given), **more)
 
 
 def _near_poles() -> Iterator[Scene]:
-    """At the vertical: passes, sleeping tops, separatrices."""
+    """Yield the cases at the vertical: passes, sleeping tops, separatrices."""
     hard = "φ and ψ turn as fast as 1/θ near a pole, and jump at the pole"
     yield _case("through-top", hard, SIMPLE, **_fall("0"))
     yield _case("through-bottom", hard, SIMPLE, **_fall("0", "-"))
@@ -116,7 +117,7 @@ def _fall(near: str, side: str = "") -> Start:
 
 
 def _other_cases() -> Iterator[Scene]:
-    """Reversals of φ, fast spins, steady precession, long runs."""
+    """Yield the other cases: reversals of φ, fast spins, steady precession, long runs."""
     hard = "a cusp is a double root of φ̇: a sign test may find two changes, one or none"
     yield _case("cusp", hard, BOOK, counted=True, theta="0.1", psidot=140)
     for kick in (f"{sign}1e-{power}" for power in (3, 6, 9, 12, 15) for sign in "+-"):
@@ -125,8 +126,7 @@ def _other_cases() -> Iterator[Scene]:
     follow = "a method with the spin in its state must follow it"
     for spin in (f"1e{power}" for power in range(2, 8)):
         hard = f"ω3 = {spin} rad/s at the same p_ψ: {follow}"
-        top = (1, f"4/{spin}", 1)
-        yield _case(f"spin-{spin}", hard, top, theta="0.5", phidot=1, omega3=spin)
+        yield _case(f"spin-{spin}", hard, (1, f"4/{spin}", 1), theta="0.5", phidot=1, omega3=spin)
     for power in range(2, 8):
         spin = f"1e{power}"
         hard = f"ψ̇ = {spin} rad/s at the same C: the nutation is at most 4e-{2 * power} rad"
@@ -147,26 +147,26 @@ def _other_cases() -> Iterator[Scene]:
     yield _case("1e5-periods", hard, BOOK, periods="99999.618", **kicked)
 
 
-# --- what a case allows ----------------------------------------------------------------------
+# --- the truth of a case ---------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class CaseReference:
-    """The truth of a case, and how well it can be known in doubles.
+    """The exact end of a case, and how accurately it can be computed in doubles.
 
     Attributes
     ----------
     end : float
-        The time that counts [s].
+        The end of the span [s].
     theta : float
-        Tilt there [rad].
+        Tilt at the end [rad].
     axis : tuple of 3 float
     condition : float
-        How much larger than a relative error on the way that of the axis can be, at least 1.
+        The error of the axis at the end in units of a relative error on the way, at least 1.
     counts : mapping from str to (int, int), or None
-        How many events there are.
+        The least and the greatest number of events.
     period : float or None
-        Of the nutation [s].
+        Nutation period [s].
     angles : tuple of 2 float
         phi and psi at the end [rad].
     rounding : float
@@ -183,9 +183,10 @@ class CaseReference:
     rounding: float = ROUNDINGS * UNIT
 
     def of_angles(self) -> CaseReference:
-        """Return what the case allows to phi and psi: the axis over sinθ, and the angles' own size.
+        """Return the same with the condition of phi and psi in place of that of the axis.
 
-        The last is what a rounding of the spin does to them.
+        It is the axis' condition over sinθ, plus the size of the angles: what a rounding of the
+        spin does to them.
         """
         sine = math.hypot(*self.axis[:2])
         growth = self.condition / sine if sine else math.inf
@@ -193,16 +194,16 @@ class CaseReference:
 
     @property
     def allowed(self) -> float:
-        """The error of the axis that doubles cannot help."""
+        """The error of the axis that is inevitable in doubles."""
         return min(self.rounding * self.condition, AXIS)
 
     @property
     def digits(self) -> float:
-        """Decimal digits of the axis that the condition leaves; with 0 what is right is chance."""
+        """Decimal digits of the axis that the condition leaves; with 0 agreement is chance."""
         return math.log10(AXIS / self.allowed)
 
     def digits_lost(self, error: float) -> float:
-        """Decimal digits of an error beyond what the condition allows; not negative.
+        """Return the decimal digits that an error loses beyond the condition, at least 0.
 
         Examples
         --------
@@ -228,7 +229,7 @@ def reference(name: str) -> CaseReference:
 
 
 def _condition(scene: Scene, motion: Motion, end: float) -> float:
-    """The condition of the axis at the end."""
+    """Return the condition of the axis at the end."""
     longest = FOLLOWED * motion.period if motion.period else math.inf
     reach = math.copysign(min(abs(end), longest), end)
     times = (reach * k / RESTARTS for k in range(RESTARTS))
@@ -237,7 +238,10 @@ def _condition(scene: Scene, motion: Motion, end: float) -> float:
 
 
 def _growth(top: Top, now: Record, span: float) -> float:
-    """How much farther the axis moves in a span than what is moved now, in its natural size."""
+    """Return the norm of the change of the axis after a span, over relative changes of a state.
+
+    Axis, angular momentum and gravity are changed, relative to their sizes.
+    """
     ctx = now.theta.context
     A, C, gMR = (x.mpf(ctx) for x in (top.A, top.C, top.gMR))
     axis = np.array(now.axis)

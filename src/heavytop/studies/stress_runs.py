@@ -1,8 +1,8 @@
-"""One run of a stress test: a method at a case as its user would do it, and how it is judged.
+"""One run of a stress test: a method at a case as its user would run it, and its judgement.
 
-Compiled methods of others are stepped in the axis form; those of fixed step take so many steps that
-the last one ends with the span, their step being a part of the nutation period, or of the
-pendulum's where nothing nutates. scipy's solvers are called once, from the start to the end.
+Compiled published methods integrate the axis form. Methods of fixed step divide the span by a whole
+number of steps, about the usual part of the nutation period, or of a pendulum's where nothing
+nutates. scipy's solvers are called once, from the start to the end.
 """
 
 from __future__ import annotations
@@ -36,36 +36,36 @@ from heavytop.studies.stress_cases import CaseReference, cases
 
 EASY: Final = "ten-periods"  # the case at which the order of a method of one's own is measured
 KEPT_SHARE: Final = 0.5  # of the digits that conditioning leaves
-# sign changes are all that scipy finds: a cusp is none
+# scipy finds events by changes of sign: at a cusp there is none
 WATCHED_EVENTS: Final = ("turning", "reversal")
 
 
 class CaseRun(NamedTuple):
-    """What one run gave, before it is judged.
+    """The result of one run, before it is judged.
 
     Attributes
     ----------
     stopped : StressOutcome or None
-        What stopped it on the way.
+        What stopped it before its end.
     message : str
-        What it said of that, or of a doubt.
+        Its own message about that, or a warning.
     steps : int
     axis : tuple of 3 float
         At the end; empty where the formulation gives the tilt alone.
     theta : float
-        There [rad].
+        The tilt at the end [rad].
     angles : tuple of float
         phi and psi at the end, where the run follows them [rad].
     energy_error : float or None
         How far E' is off its start, relative to max(|E'|, gMR).
     counted : dict from str to int
-        Events.
+        Numbers of events.
     plan : str
-        What auto chose.
+        The plan that auto chose.
     more_bits : bool
-        Whether it had more than doubles have.
+        Whether it computed in more bits than doubles have.
     step_error : float
-        What the order and the length of a fixed step allow, relative.
+        The relative error that the order and the length of a fixed step allow.
     """
 
     stopped: StressOutcome | None = None
@@ -84,7 +84,7 @@ class CaseRun(NamedTuple):
 def prepare(
     case: Scene, method: MethodEntry, truth: CaseReference, step_limit: int
 ) -> Callable[[], CaseRun]:
-    """Return what does a run; what a method of others compiles is compiled here.
+    """Return the function that does a run; published methods are compiled here.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def prepare(
     truth : CaseReference
         Of the case; only its end and its period are used.
     step_limit : int
-        Steps after which it is given up. What looks at them between blocks takes a whole block.
+        Steps after which it is given up; some methods check only after a whole block.
     """
     if not method.is_rival:
         return partial(_run_taylor, case, method, step_limit)
@@ -105,8 +105,7 @@ def prepare(
         period = truth.period or math.tau / math.sqrt(abs(problem.parameters["g"]))
         steps = math.ceil(abs(truth.end) / period * method.setting)
         if steps > step_limit:
-            message = f"it would take {steps} steps"
-            return partial(CaseRun, StressOutcome.STEP_LIMIT, message, steps)
+            return partial(CaseRun, StressOutcome.STEP_LIMIT, f"it would take {steps} steps", steps)
         order = method.published_order or measured_order(cases()[EASY], method)
         allowed = (math.tau / method.setting) ** order if order else 0.0
         about, block = {"steps": steps, "step_error": allowed}, min(steps, method.block)
@@ -114,7 +113,7 @@ def prepare(
         last = two_product(stepper.h, float(steps))
     else:
         stepper, last = make_stepper(method, problem), (truth.end, 0.0)
-        if method.block == 0:  # called once: what it passes on the way shows events
+        if method.block == 0:  # called once: events are counted in the steps of that call
             stepper = replace(stepper, steps=step_limit, on_steps=trail.append)
     return partial(_run_stepper, case, problem, stepper, last, step_limit, trail, about)
 
@@ -123,7 +122,7 @@ def _run_stepper(
     case: Scene, problem: InitialValueProblem, stepper: Any, last: DoubleDouble, step_limit: int,
     trail: list[Any], about: Mapping[str, Any],
 ) -> CaseRun:  # fmt: skip
-    """Let a method of others go to the end."""
+    """Run a published or a user's method to the end."""
     before = after = stepper.begin()
     try:
         while abs(after.time[0]) < abs(last[0]):
@@ -150,6 +149,7 @@ def _run_stepper(
 
 
 def _run_taylor(case: Scene, method: MethodEntry, step_limit: int) -> CaseRun:
+    """Run the Taylor integrator, in one formulation or as auto chooses, to the end."""
     auto = method.formulation == AUTO
     wanted: tuple[str, ...] = ("axis", "phi", "psi") if method.name == AUTO_ANGLES else ("axis",)
     if not auto and FORMULATIONS[method.formulation].gives is Need.TILT:
@@ -168,20 +168,18 @@ def _run_taylor(case: Scene, method: MethodEntry, step_limit: int) -> CaseRun:
     about: dict[str, Any] = {"steps": found.statistics.steps}
     if auto:
         parts = (chosen.formulation, chosen.precision, "projected" * chosen.projected)
-        more_bits = chosen.precision != "double"
-        about |= {"plan": ", ".join(filter(None, parts)), "more_bits": more_bits}
+        about |= {"plan": ", ".join(filter(None, parts)), "more_bits": chosen.precision != "double"}
     if found.outcome is not errors.Outcome.FINISHED:
         why = message or f"{found.outcome} at t = {end:.6g} s"
         return CaseRun(StressOutcome(found.outcome), why, **about)
     with np.errstate(all="ignore"):
         about["counted"] = {name: found.events.count(name) or 0 for name in scene.events}
-        energies = invariant_drift(found.invariants, found.orbit.parameters)
-        about["energy_error"] = energies["energy"]
+        about["energy_error"] = invariant_drift(found.invariants, found.orbit.parameters)["energy"]
         return _arrive(found([end]), step_limit, message=message, **about)
 
 
 def _arrive(seen: Any, step_limit: int, **about: Any) -> CaseRun:
-    """Return a run that came to the end, with axis and angles as they were seen there."""
+    """Return the result of a run that reached the end, with axis and angles there."""
     if (steps := about["steps"]) > step_limit:
         about["message"] = f"{steps} steps, more than its limit"
         return CaseRun(StressOutcome.STEP_LIMIT, **about)
@@ -194,7 +192,7 @@ def _arrive(seen: Any, step_limit: int, **about: Any) -> CaseRun:
 
 
 def judge(found: CaseRun, truth: CaseReference, case: str, method: MethodEntry) -> Row:
-    """Return what is said of a run; where its method is to follow φ and ψ, these are judged.
+    """Return the row of a run in the result; where its method follows φ and ψ, these are judged.
 
     Parameters
     ----------
@@ -230,7 +228,7 @@ def judge(found: CaseRun, truth: CaseReference, case: str, method: MethodEntry) 
 
 
 def _outcome(found: CaseRun, truth: CaseReference, error: float) -> tuple[StressOutcome, str]:
-    """Return the outcome of a run that has arrived, and what is wrong with it."""
+    """Return the outcome of a run that reached the end, and what is wrong with it."""
     off, step_error = found.energy_error, found.step_error
     granted = replace(truth, rounding=max(truth.rounding, step_error))
     poor = granted.digits_lost(error) > (1 - KEPT_SHARE) * granted.digits
@@ -243,10 +241,10 @@ def _outcome(found: CaseRun, truth: CaseReference, error: float) -> tuple[Stress
 
 
 def miscounted_events(counted: Mapping[str, int], counts: Counts | None) -> str:
-    """Say which events were counted otherwise than there are.
+    """Return in words which counts of events are wrong.
 
-    Where a method knows no cusps, phidot may touch zero in each of them, in none, or only at the
-    start, if that is one.
+    A method that does not count cusps may find a zero of phidot at each of them, at none, or only
+    at the start, if that is one.
 
     Examples
     --------
