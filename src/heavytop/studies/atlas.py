@@ -1,7 +1,6 @@
-"""The atlas: what kind of motion every pixel of a plane of tops is, and how it moves.
+"""Atlases: the kind of motion of every pixel of a plane of tops, and numbers of the motion.
 
-A tile of the plane is one task of the study; it is computed at once, and its one row holds its
-columns.
+A tile of the plane is a task of the study; it is one chunk, whose one row holds its columns.
 """
 
 from __future__ import annotations
@@ -47,10 +46,10 @@ if TYPE_CHECKING:
 Pixels = dict[str, NDArray[Any]]
 
 ACCURACY: Final = f"{PROMISED:g}: of period relative, of angles relative to max(1, |x|)"
-"""What the numbers of a map promise."""
+"""The accuracy of the numbers of a map."""
 KIND: Final = "atlas"
 TILE: Final = {"kind": 2**20, "rows": 2**16}
-"""Pixels of a tile: a second of work or less, and what a worker has in memory."""
+"""Most pixels of a tile: a second of work or less, within the memory of a worker."""
 CODES: Final = ("kind", "detail", "certified", "tags", "open_tags")
 PIXEL_NUMBERS: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 SETS: Final = {"kind": CODES[:3], "rows": (*CODES, *PIXEL_NUMBERS)}
@@ -58,13 +57,14 @@ SETS: Final = {"kind": CODES[:3], "rows": (*CODES, *PIXEL_NUMBERS)}
 PIXEL_TYPES: Final = dict.fromkeys(CODES, "u1") | dict.fromkeys(PIXEL_NUMBERS, "<f8")
 VALUES: Final = {"kind": VERDICT_NAMES, "detail": ("none", *VERDICT_DETAILS[1:])}
 TAG_BITS: Final = dict.fromkeys(("tags", "open_tags"), TAG_NAMES)
-"""What the codes and the bits of a column mean."""
+"""The meanings of codes, and of bits, in the columns that have them."""
 
 
 # --- the study: parameters and tiles --------------------------------------------------------------
 
 
 def _plane(parameters: Parameters) -> Plane:
+    """Return the plane of a study."""
     if parameters["kind"] != KIND:
         raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
     x, y = (Axis.of(parameters[side]) for side in "xy")
@@ -77,7 +77,7 @@ def tasks(parameters: Parameters) -> tuple[str, ...]:
 
 
 def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[Chunk]:
-    """Compute a tile at once."""
+    """Compute a tile, in one chunk."""
     began, plane = time.perf_counter(), _plane(parameters)
     tile = plane.tiles(parameters["tile"])[task]
     columns = _compute(plane.tops(tile), parameters["what"])
@@ -88,12 +88,12 @@ def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[C
 
 
 def _compute(tops: dict[str, Any], what: str) -> Pixels:
-    """The columns of a tile."""
+    """Return the columns of a tile."""
     shape = np.broadcast_shapes(*map(np.shape, tops.values()))
     bottom = np.broadcast_to(np.equal(tops["theta"], np.pi), shape)
-    seen = _mirror(tops, bottom) if bottom.any() else tops
-    rows = None if what == "kind" else motions_many(**seen, tags=True)
-    verdicts = classify_many(**seen) if rows is None else rows.verdicts
+    mirrored = _mirror(tops, bottom) if bottom.any() else tops
+    rows = None if what == "kind" else motions_many(**mirrored, tags=True)
+    verdicts = classify_many(**mirrored) if rows is None else rows.verdicts
     columns = {n: getattr(rows if n in Motions.columns else verdicts, n) for n in SETS[what]}
     if bottom.any():
         columns = _restore(columns, tops, bottom)
@@ -101,20 +101,20 @@ def _compute(tops: dict[str, Any], what: str) -> Pixels:
 
 
 # --- θ = π ----------------------------------------------------------------------------------------
-# The double nearest π is not π, but that is what it means. Seen from below, θ → π − θ, ψ → −ψ and
-# g → −g, such a start is at θ = 0, where doubles are exact.
+# The double nearest π stands for π itself. Mirrored (θ → π − θ, ψ → −ψ, g → −g) such a start is at
+# θ = 0, where doubles are exact.
 
-_TURNED: Final = ("gMR", "thetadot", "psidot", "omega3")
+_NEGATED: Final = ("gMR", "thetadot", "psidot", "omega3")
 
 
 def _mirror(tops: Mapping[str, Any], bottom: Mask) -> dict[str, Any]:
-    """The tops, those at the bottom as they are seen from below."""
-    turned = {name: np.where(bottom, -tops[name], tops[name]) for name in _TURNED if name in tops}
-    return {**tops, **turned, "theta": np.where(bottom, 0.0, tops["theta"])}
+    """Return tops, those at the bottom mirrored."""
+    negated = {name: np.where(bottom, -tops[name], tops[name]) for name in _NEGATED if name in tops}
+    return {**tops, **negated, "theta": np.where(bottom, 0.0, tops["theta"])}
 
 
 def _restore(columns: Pixels, tops: Mapping[str, Any], bottom: Mask) -> Pixels:
-    """The columns of mirrored tops, as they are seen from above."""
+    """Return the columns of tops as they were before those at the bottom were mirrored."""
     found, kind = dict(columns), columns["kind"]
     swapped = np.arange(len(VERDICT_NAMES), dtype=np.uint8)
     poles = [VERDICT_NAMES.index(each) for each in (Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)]
@@ -134,7 +134,7 @@ def _restore(columns: Pixels, tops: Mapping[str, Any], bottom: Mask) -> Pixels:
 
 
 def collect(journal: Journal, jobs: int = 1) -> Atlas:
-    """Return the atlas of all its tiles.
+    """Return the atlas that all tiles of a study make.
 
     Raises
     ------
@@ -156,8 +156,8 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
         codes = found["kind"].ravel() * np.int64(len(VERDICT_DETAILS)) + found["detail"].ravel()
         pairs += np.bincount(codes, minlength=pairs.size).reshape(pairs.shape)
     kinds = zip(VERDICT_NAMES, pairs.sum(axis=1).tolist(), strict=True)
-    apart = [(k, d) for k, d in np.argwhere(pairs) if VERDICT_DETAILS[d]]
-    details = {f"{VERDICT_NAMES[k]}, {VERDICT_DETAILS[d]}": int(pairs[k, d]) for k, d in apart}
+    detailed = [(k, d) for k, d in np.argwhere(pairs) if VERDICT_DETAILS[d]]
+    details = {f"{VERDICT_NAMES[k]}, {VERDICT_DETAILS[d]}": int(pairs[k, d]) for k, d in detailed}
     seconds = sum(journal.record(task).seconds for task in tiles)
     speed = float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0
     lines = ({**each, "x": each.x.tolist(), "y": each.y.tolist()} for each in curves(plane))
@@ -178,7 +178,7 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
 
 
 def _dataset(plane: Plane, columns: Pixels, parameters: Parameters) -> xarray.Dataset:
-    """The map, which says of its columns what they are, by the CF conventions."""
+    """Return the map as a Dataset, with attributes by the CF conventions."""
     import xarray
 
     axes = plane.y, plane.x
@@ -195,7 +195,7 @@ def _dataset(plane: Plane, columns: Pixels, parameters: Parameters) -> xarray.Da
 
 
 def _attributes(name: str) -> dict[str, Any]:
-    """What a map says of a column."""
+    """Return the attributes of a column: name, unit, and the meanings of its codes or bits."""
     found: dict[str, Any] = dict(quantity_of(name).attributes)
     if words := (VALUES | TAG_BITS).get(name):
         codes = np.arange(len(words), dtype=np.uint8)
@@ -218,12 +218,12 @@ def atlas(
     folder: str | os.PathLike[str] | None = None,
     progress: Callable[[Progress], object] | None = None,
 ) -> Atlas:
-    """Classify every pixel of a plane of tops, each with proof, and say how it moves.
+    """Classify every pixel of a plane of tops, each with proof, and compute how it moves.
 
     Parameters
     ----------
     scene : Scene
-        Its top and its start say every number that no axis changes.
+        Its top and its start give every number that no axis changes.
     x, y : str
         ``"phidot=-20:20:2000"``: start values, constants (p_phi, p_psi, E) or parameters (A, C,
         gMR), with a last ``:log`` on a logarithmic axis.
@@ -291,7 +291,7 @@ def atlas(
 
 
 def complete(journal: Journal, *, jobs: int, **how: Any) -> Atlas:
-    """Compute the tiles of an atlas that are not there yet, and return it."""
+    """Compute the tiles of an atlas that are not there yet, and return the atlas."""
     run(journal, jobs=jobs, **how)
     return collect(journal, jobs)
 
@@ -334,18 +334,17 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
 
 
 _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
-    "x": Axis.of, "y": Axis.of, "only": arguments.one_of({"kind": "kind"}),
-    "jobs": JOBS,
+    "x": Axis.of, "y": Axis.of, "only": arguments.one_of({"kind": "kind"}), "jobs": JOBS
 }  # fmt: skip
 
 
 def _impossible(plane: Plane, what: str, in_memory: bool) -> Iterator[Fault]:
-    """Two axes that set the same thing; more pixels than the memory has room for."""
+    """Yield faults: two axes that set the same thing; more pixels than fit into memory."""
     x, y, file = plane.x, plane.y, plane.scene.name
     if ROLES[x.name] == ROLES[y.name]:
         rule = f"x = {x.name} and y = {y.name} both set the {ROLES[x.name]}"
         yield Fault(file, None, "y", y.name, rule)
-    with suppress(AttributeError, ValueError, OSError):  # a system may not say
+    with suppress(AttributeError, ValueError, OSError):  # not all systems know it
         free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
         pixel = sum(np.dtype(PIXEL_TYPES[name]).itemsize for name in SETS[what])
         needed = x.count * y.count * pixel * (4 / 3 + 1)  # in base 64, and as arrays

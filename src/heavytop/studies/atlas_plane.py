@@ -1,8 +1,8 @@
 """The plane of an atlas: two axes through a scene, the top of every pixel, and where kinds meet.
 
-The boundaries between kinds are the zeros of the functions whose signs tell the kinds apart. Each
-function is looked at on a mesh of its own, and every place where it changes its sign along an edge
-of the mesh is then found to the last digits, so that a curve does not depend on the pixels.
+The boundaries between kinds are the zeros of functions, whose signs distinguish the kinds. Each is
+evaluated on a mesh that does not depend on the pixels; where it changes its sign along an edge of
+the mesh its zero is then found to the last digits.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Axis:
 
     @classmethod
     def of(cls, text: object) -> Axis:
-        """The axis that a text says; its ends are read as a scene reads such a number.
+        """Return the axis of a text, whose ends are read as a scene reads such a number.
 
         Raises
         ------
@@ -100,23 +100,23 @@ class Axis:
 
     @classmethod
     def of_range(cls, known: Mapping[str, Any]) -> Axis:
-        """The axis that a result names."""
+        """Return the axis of the `range` in a result."""
         return cls(**{**known, "low": Exact.of(known["low"]), "high": Exact.of(known["high"])})
 
     @property
     def text(self) -> str:
-        """The axis as it can be read again."""
+        """The text from which `of` reads the axis."""
         return f"{self.name}={self.low}:{self.high}:{self.count}{':log' if self.log else ''}"
 
     @property
     def range(self) -> dict[str, Any]:
-        """The axis in a result."""
+        """The axis as a result has it."""
         ends = {"low": float(self.low), "high": float(self.high)}
         return {"name": self.name, **ends, "count": self.count, "log": self.log}
 
     @cached_property
     def values(self) -> Array:
-        """The values, increasing: of a linear axis each the double nearest the exact one."""
+        """The values, increasing; on a linear axis each is the double nearest the exact one."""
         if self.log:
             values = self.at(np.arange(self.count) / (self.count - 1))
             values[0], values[-1] = float(self.low), float(self.high)
@@ -124,7 +124,7 @@ class Axis:
         return np.fromiter(even_values(self.low, self.high, self.count), np.float64, self.count)
 
     def at(self, share: Array) -> Array:
-        """The values at a share of the way from the low end to the high one."""
+        """Return the values at shares, 0 to 1, of the way from the low end to the high one."""
         low, high = float(self.low), float(self.high)
         if self.log:
             return np.asarray(low * (high / low) ** share)
@@ -132,7 +132,7 @@ class Axis:
 
 
 def even_values(low: Exact, high: Exact, count: int) -> Iterator[float]:
-    """Numbers from one to another, as many as are asked for, each the double nearest the exact one.
+    """Return evenly spaced numbers from one to another, each the double nearest the exact one.
 
     >>> [*even_values(Exact.of("0"), Exact.of("0.3"), 4)]
     [0.0, 0.1, 0.2, 0.3]
@@ -140,7 +140,7 @@ def even_values(low: Exact, high: Exact, count: int) -> Iterator[float]:
     first, last = (Fraction(float(x)) if x.fraction is None else x.fraction for x in (low, high))
     step = (last - first) / max(count - 1, 1)
     below = lcm(first.denominator, step.denominator)
-    begun, rise = int(first * below), int(step * below)  # whole numbers: fractions take ten times
+    begun, rise = int(first * below), int(step * below)  # integers: fractions are ten times slower
     return ((begun + rise * k) / below for k in range(count))
 
 
@@ -158,9 +158,9 @@ class Plane:
     Parameters
     ----------
     scene : Scene
-        Says every number that no axis changes. Doubles nearest to its numbers are used.
+        Gives every number that no axis changes, rounded to the nearest double.
     x, y : Axis
-        They set different things: two axes for the spin, such as psidot and p_psi, do not go.
+        They set different things: two axes for the spin, such as psidot and p_psi, are impossible.
     """
 
     scene: Scene
@@ -173,7 +173,7 @@ class Plane:
         return self.y.count, self.x.count
 
     def tiles(self, most: int) -> dict[str, Tile]:
-        """Cut the plane into tiles of at most so many pixels, always the same ones, by name."""
+        """Return the tiles of the plane by name, each of at most so many pixels."""
         width = min(self.x.count, WIDEST_TILE)
         height = max(1, most // width)
         return {
@@ -183,16 +183,16 @@ class Plane:
         }
 
     def tops(self, tile: Tile) -> dict[str, Any]:
-        """The tops and starts of a tile, as `heavytop.classify_many` takes them.
+        """Return the tops and starts of a tile, as `heavytop.classify_many` takes them.
 
-        What no top or start can be is nan. Where an axis holds p_phi, p_psi or E the rates that
-        give it are rounded to doubles, so that the pixel is that of the rounded rates.
+        Impossible ones are nan. On an axis of p_phi, p_psi or E the rates that give it are rounded
+        to doubles, so that the pixel is that of the rounded rates.
         """
         rows, columns = tile
         return self.at(self.x.values[columns][None, :], self.y.values[rows][:, None])
 
     def at(self, x: Array, y: Array) -> dict[str, Any]:
-        """The tops and starts at places of the plane, given as arrays that broadcast."""
+        """Return the tops and starts at points of the plane, given as arrays that broadcast."""
         numbers = self.held | {self.x.name: x, self.y.name: y}
         with np.errstate(all="ignore"):
             return _with_rates(numbers, float(self.scene.start.thetadot))
@@ -218,7 +218,7 @@ class Plane:
 
 
 def _with_rates(numbers: Mapping[str, Any], branch: float) -> dict[str, Any]:
-    """Numbers of a scene, with rates in place of momenta and energy; θ̇ has the sign of `branch`.
+    """Return numbers of a scene with rates for momenta and energy; θ̇ has the sign of `branch`.
 
     p_ψ = C ω3, p_φ = A φ̇ sin²θ + p_ψ cosθ, E = ½A (θ̇² + φ̇² sin²θ) + ½C ω3² + gMR cosθ.
     """
@@ -248,7 +248,7 @@ def _with_rates(numbers: Mapping[str, Any], branch: float) -> dict[str, Any]:
 
 
 class Terms(NamedTuple):
-    """A function as a sum of two terms, where its zero is a boundary, and where tops can be."""
+    """A function as a sum of two terms, where its zero is a boundary, where a top is possible."""
 
     one: Array
     other: Array
@@ -262,10 +262,10 @@ class Terms(NamedTuple):
 
 
 def boundaries(tops: Mapping[str, Any], let_go: bool) -> dict[str, Terms]:
-    """By the name of a boundary, the function whose zeros it is, at some tops and starts.
+    """Return the functions whose zeros are the boundaries, at some tops and starts, by name.
 
-    What is let go everywhere has no φ̇; a few points of another plane may have none either.
-    Where p_φ = p_ψ is itself a curve, the separatrix is the point of it at which E' = gMR.
+    `let_go`: the whole plane has φ̇ = 0, not only some points. Where p_φ = p_ψ is itself a curve,
+    the separatrix is the point of it at which E' = gMR.
     """
     wide = np.broadcast_arrays(*(np.asarray(each, np.float64) for each in tops.values()))
     top = dict(zip(tops, wide, strict=True))
@@ -276,14 +276,14 @@ def boundaries(tops: Mapping[str, Any], let_go: bool) -> dict[str, Terms]:
     kinetic = A * (thetadot**2 + (phidot * sine) ** 2) / 2
     across, p_psi = A * phidot * sine**2, C * omega3
     p_phi = across + p_psi * u
-    p_minus, lift = across - p_psi * rise, kinetic - gMR * rise  # not by cancellation
+    p_minus, lift = across - p_psi * rise, kinetic - gMR * rise  # without cancellation
     still, none = thetadot == 0, 0 * p_psi
     awake = ~((sine <= VERTICAL_SINE) & still)  # does not rest on the vertical
     possible = np.isfinite(kinetic + p_psi) & (A > 0) & (C > 0) & (2 * A >= C)
     possible &= (theta >= 0) & (theta <= pi)
     inside = abs(p_phi) < abs(p_psi)  # gMR p_ψ cosθ is on both sides of E' p_ψ = gMR p_φ
     cusp = (kinetic * p_psi, -gMR * across)
-    if let_go:  # what is squared in E′ touches zero
+    if let_go:  # else the function, with θ̇², touches zero without a change of sign
         cusp = (thetadot, none)
     equal = np.all(abs(p_minus) <= PLANE_ROUNDING * (abs(p_psi) + abs(p_phi)))
     falls = kinetic + gMR * u > -gMR  # it has the energy to get to θ = π
@@ -299,11 +299,11 @@ def boundaries(tops: Mapping[str, Any], let_go: bool) -> dict[str, Terms]:
 
 
 def curves(plane: Plane) -> tuple[Row, ...]:
-    """The ``name``, ``x`` and ``y`` of every boundary that crosses a plane; points come last.
+    """Return ``name``, ``x`` and ``y`` of every boundary that crosses a plane; points come last.
 
-    Places on the way are counted in steps of the mesh along x and y: arrays of shape (2, k).
-    A boundary that touches a pixel's corner of the mesh twice, or is smaller than a cell of it,
-    is missed; the ends of curves are found to a cell.
+    In the functions below places are arrays of shape (2, k), in steps of the mesh along x and y. A
+    boundary that crosses an edge of the mesh twice, or is smaller than a cell of it, is missed; the
+    ends of curves are found to a cell.
 
     Examples
     --------
@@ -337,7 +337,7 @@ def curves(plane: Plane) -> tuple[Row, ...]:
 
 
 def _zeros(plane: Plane, name: str, terms: Terms) -> Iterator[Array]:
-    """The zeros of a function, as lines of places."""
+    """Yield the zeros of a function, as lines of places."""
     from contourpy import contour_generator
 
     size = abs(terms.one) + abs(terms.other)
@@ -351,7 +351,7 @@ def _zeros(plane: Plane, name: str, terms: Terms) -> Iterator[Array]:
 
 
 def _sharpen(plane: Plane, name: str, places: Array) -> Array:
-    """Places on edges of the mesh, moved along them to where the sign changes."""
+    """Return places on edges of the mesh, moved along these to where the sign changes."""
     off_x, off_y = abs(places - np.rint(places))
     along = np.stack((off_y <= off_x, off_y > off_x))
     start = np.where(along, np.minimum(np.floor(places), MESH - 2), np.rint(places))
@@ -370,15 +370,17 @@ def _sharpen(plane: Plane, name: str, places: Array) -> Array:
 
 
 def _boundaries_at(plane: Plane, places: Array) -> dict[str, Terms]:
+    """Return the functions of the boundaries at places."""
     return boundaries(plane.at(*_values(plane, places)), plane.held.get("phidot") == 0)
 
 
 def _piece(plane: Plane, name: str, places: Array) -> Row:
+    """Return a piece of a boundary through places."""
     x, y = _values(plane, places)
     return Row(name=name, x=x, y=y)
 
 
 def _values(plane: Plane, places: Array) -> tuple[Array, ...]:
-    """The values of x and y at places."""
+    """Return the values of x and y at places."""
     axes = zip((plane.x, plane.y), places, strict=True)
     return tuple(axis.at(each / (MESH - 1)) for axis, each in axes)

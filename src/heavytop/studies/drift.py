@@ -1,4 +1,4 @@
-"""Drift: how the errors of methods grow over many periods.
+"""Drift studies: how the errors of methods grow over many periods.
 
 The tasks of a study are its runs: one method from one start. Every run is compared with the
 closed form of its own binary start, at 40 digits.
@@ -50,11 +50,11 @@ DRIFT_OPTIONS: Final = {
     "jobs": JOBS,
 }
 CHUNK_S: Final = 0.5  # of integration between two checkpoints
-LIMIT_S: Final = 60.0  # of a chunk of one's own method: a step that takes longer never returns
+LIMIT_S: Final = 60.0  # for a chunk of a user's method: a step that takes longer never returns
 START_SPREAD: Final = 1e-2  # relative; of tilt, the smaller of its distances from the poles
 # of a period: no turning point, where a time error is not seen
 SAMPLE_PHASE: Final = 0.6180339887498949
-GROWING: Final = {"energy": "energy", "phase": "phase_s"}  # and what holds their errors
+GROWING: Final = {"energy": "energy", "phase": "phase_s"}  # quantities, and columns of errors
 VARIED: Final = (*ANGLES, *RATES, "omega3")
 
 
@@ -148,7 +148,7 @@ def drift(
 
 
 def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Parameters, int]:
-    """Return what is asked of a study, as JSON, and the number of processes.
+    """Return the parameters of a study, for JSON, and the number of processes.
 
     Raises
     ------
@@ -181,24 +181,24 @@ def tasks(parameters: Parameters) -> list[str]:
 def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
     """Yield chunks of half a second of a run; their rows are the errors at the sample times.
 
-    A method of one's own goes in a process that can be killed, unless it is a function that was
-    handed over, which stays where it is.
+    A user's method runs in a process that can be killed, unless it was given as a function, which
+    runs in this one.
     """
-    text, asked = task.rpartition("/")[0], (parameters, task, checkpoint)
-    if (mine := user.origins([text])) and not text.startswith(user.HANDED_OVER):
+    text, arguments = task.rpartition("/")[0], (parameters, task, checkpoint)
+    if (own := user.origins([text])) and not text.startswith(user.HANDED_OVER):
         limits = chain([SET_UP_S], repeat(LIMIT_S))
-        chunks = TIMED_WORKER.stages(_chunks, *asked, mine, limits=limits)
+        chunks = TIMED_WORKER.stages(_chunks, *arguments, own, limits=limits)
     else:
-        chunks = _chunks(*asked)
+        chunks = _chunks(*arguments)
     next(chunks)  # it is set up
     yield from chunks
 
 
 def _chunks(
-    parameters: Parameters, task: str, checkpoint: Any, mine: user.Origins = ()
+    parameters: Parameters, task: str, checkpoint: Any, own: user.Origins = ()
 ) -> Iterator[Chunk]:
     """Yield the chunks of a run in this process; first an empty one, once it is set up."""
-    user.load(mine)
+    user.load(own)
     text, _, number = task.rpartition("/")
     scene, chosen = scene_of(parameters["scene"]), method(text)
     start = perturbed_start(scene.start, parameters["seed"], int(number))
@@ -226,25 +226,25 @@ def _chunks(
                 state, sampled = after, sampled + len(reached)
             except IntegrationFailed as failure:
                 ended = str(failure)
-        gone = state.time[0]
-        checkpoint |= {"state": asdict(state), "periods": gone / found.period,
+        t = state.time[0]
+        checkpoint |= {"state": asdict(state), "periods": t / found.period,
                        "sampled": sampled, "ended": ended, "warned": dict(warned)}  # fmt: skip
         done = bool(ended) or sampled == len(times)
-        yield Chunk(dict(checkpoint), rows, done, gone / times[-1][0], seconds)
+        yield Chunk(dict(checkpoint), rows, done, t / times[-1][0], seconds)
 
 
 def _rows(
-    found: MethodRun, state: StepperState, times: Sequence[DoubleDouble], periods: Sequence[float]
+    run: MethodRun, before: StepperState, times: Sequence[DoubleDouble], periods: Sequence[float]
 ) -> Iterator[dict[str, Any]]:
-    """The errors at times in the block after a state."""
-    states = found.stepper.states_at(state, times).tolist() if times else ()
-    for n, t, each in zip(periods, times, states, strict=False):
-        error = found.reference(t, each)
+    """Yield rows with the errors at times in the block after a state; `periods` counts them."""
+    states = run.stepper.states_at(before, times).tolist() if times else ()
+    for n, t, state in zip(periods, times, states, strict=False):
+        error = run.reference(t, state)
         numbers = (error.energy, error.phase_s, error.axis or 0.0, *error.invariants.values())
         if not all(map(math.isfinite, numbers)):
             raise IntegrationFailed("its errors are no longer finite")
-        lost = abs(error.phase_s) >= LOST_PHASE * found.period
-        yield {"periods": n, "t": t, "state": each, "lost": lost, **error._asdict()}
+        lost = abs(error.phase_s) >= LOST_PHASE * run.period
+        yield {"periods": n, "t": t, "state": state, "lost": lost, **error._asdict()}
 
 
 def complete(journal: Journal, **how: Any) -> Drift:
@@ -298,10 +298,10 @@ def sample_times(periods: float, samples: int) -> tuple[float, ...]:
 
 
 def insert_times(times: Sequence[float]) -> list[float]:
-    """Return times of `sample_times` with others in between, lest a phase be lost unseen.
+    """Return times of `sample_times` with others in between, to notice when a phase is lost.
 
-    From one to the next a phase that grows as t² does not reach half a period, where it looks
-    small.
+    A phase error that grows as t² and is below a twentieth of a period at one of these times is
+    below half a period at the next, and so cannot look small there by a whole period.
 
     >>> [round(n, 3) for n in insert_times(sample_times(10, 2))]
     [0.618, 1.618, 3.618, 7.618, 9.618]
@@ -311,7 +311,7 @@ def insert_times(times: Sequence[float]) -> list[float]:
 
 
 def _error_times(parameters: Parameters, chosen: MethodEntry) -> tuple[float, ...]:
-    """The times at which errors of a method are wanted."""
+    """Return the times at which errors of a method are wanted [nutation periods]."""
     return sample_times(min(parameters["periods"], chosen.reach), parameters["samples"])
 
 
@@ -319,52 +319,55 @@ def _error_times(parameters: Parameters, chosen: MethodEntry) -> tuple[float, ..
 
 
 def collect(journal: Journal) -> Drift:
-    """Return the drift that the runs of a study add up to, all at their end."""
-    asked = journal.parameters
-    scene, numbers = scene_of(asked["scene"]), range(asked["ensemble"])
-    states = [perturbed_start(scene.start, asked["seed"], number) for number in numbers]
+    """Return the result of a study whose runs are all at their end."""
+    parameters = journal.parameters
+    scene, numbers = scene_of(parameters["scene"]), range(parameters["ensemble"])
+    states = [perturbed_start(scene.start, parameters["seed"], number) for number in numbers]
     starts = tuple({name: float(getattr(each, name)) for name in VARIED} for each in states)
-    methods = tuple(_method(journal, text) for text in asked["methods"])
-    about = {name: asked[name] for name in ("scene", *DRIFT_FIELDS, "versions")}
+    methods = tuple(_method(journal, text) for text in parameters["methods"])
+    about = {name: parameters[name] for name in ("scene", *DRIFT_FIELDS, "versions")}
     return Drift(**about, spread=START_SPREAD, starts=starts, methods=methods).timed(journal)
 
 
 def _method(journal: Journal, text: str) -> dict[str, Any]:
-    """What was found of a method, as a row of the result."""
+    """Return the row of a method in the result."""
     chosen = method(text)
     tasks = [task_name(text, number) for number in range(journal.parameters["ensemble"])]
     lasts = [journal.record(task).last for task in tasks]
     absent = str(MissingPackage(chosen.name, chosen.absent)) if chosen.absent else None
     skipped = absent or next((last.failed for last in lasts if last.failed), None)
-    known = [] if skipped else [last.checkpoint for last in lasts]
-    steps = [each["state"]["steps"] for each in known]
+    ends = [] if skipped else [last.checkpoint for last in lasts]
+    steps = [each["state"]["steps"] for each in ends]
     times = {*_error_times(journal.parameters, chosen)}
-    runs = [_columns(journal.rows(task), times) for task in tasks[: len(known)]]
+    runs = [_columns(journal.rows(task), times) for task in tasks[: len(ends)]]
     members = [_series(x) | {"steps": n} for x, n in zip(runs, steps, strict=True)]
-    every = _series(_rms_over_runs(runs) if known else _columns(()))
-    signs = members[0] if known else every
-    grows = {name: growth(every["periods"], every[c], signs[c]) for name, c in GROWING.items()}
-    about = {"name": chosen.text, "formulation": chosen.states, "language": chosen.language}
-    words = {name: each.exponent or each.word or None for name, each in grows.items()}
+    rms = _series(_rms_over_runs(runs) if ends else _columns(()))
+    signs = members[0] if ends else rms
+    grows = {name: growth(rms["periods"], rms[c], signs[c]) for name, c in GROWING.items()}
     return {
-        **about,
+        "name": chosen.text,
+        "formulation": chosen.states,
+        "language": chosen.language,
         "setting": {chosen.set_by: chosen.setting},
-        "order": known[0]["order"] if known else None,
+        "order": ends[0]["order"] if ends else None,
         "us_per_period": None,
-        "steps": float(np.mean(steps)) if known else None,
-        "ended": {str(k): each["ended"] for k, each in enumerate(known) if each["ended"]},
-        "warned": sum((Counter(each["warned"]) for each in known), Counter[str]()),
+        "steps": float(np.mean(steps)) if ends else None,
+        "ended": {str(k): each["ended"] for k, each in enumerate(ends) if each["ended"]},
+        "warned": sum((Counter(each["warned"]) for each in ends), Counter[str]()),
         "skipped": skipped,
         "members": members,
-        **every,
+        **rms,
         **{f"{name}_exponent": each.exponent for name, each in grows.items()},
         "stderr": {name: each.stderr for name, each in grows.items()},
-        "growth": words,
+        "growth": {name: each.exponent or each.word or None for name, each in grows.items()},
     }
 
 
 def _columns(rows: Sequence[Mapping[str, Any]], times: Container[float] = ()) -> Series:
-    """The errors of a run; None for momenta that cannot change, and for phases once one is lost."""
+    """Return the errors of a run at times, as columns.
+
+    Momenta that cannot change are None, and so are phases from the first one that is lost.
+    """
     names = dict.fromkeys(("periods", *SERIES, *(rows[0]["invariants"] if rows else ())))
     kept = [*takewhile(lambda row: not row["lost"], rows)]
     phases = (*(row["phase_s"] for row in kept), *[None] * (len(rows) - len(kept)))
@@ -374,7 +377,7 @@ def _columns(rows: Sequence[Mapping[str, Any]], times: Container[float] = ()) ->
 
 
 def _rms_over_runs(members: Sequence[Series]) -> Series:
-    """Root mean squares over all runs, at the times that all of them reached."""
+    """Return root mean squares over all runs, at the times that all of them reached."""
     shortest = min(members, key=lambda columns: len(columns["periods"]))
     found, root = dict(shortest), math.sqrt(len(members))
     for name in shortest.keys() - {"periods"}:
@@ -384,6 +387,6 @@ def _rms_over_runs(members: Sequence[Series]) -> Series:
 
 
 def _series(columns: Series) -> dict[str, Any]:
-    """Columns as a result has them, with momenta that cannot change, and other invariants aside."""
+    """Return columns as a result has them: those of `SERIES`, and other invariants in a mapping."""
     found = {name: columns[name] for name in ("periods", *SERIES)}
     return found | {"invariants": {n: x for n, x in columns.items() if n not in found}}

@@ -1,7 +1,7 @@
-"""Find: which value of one number of a scene makes a fact of its motion what is asked for.
+"""Find the values of one number of a scene for which its motion has a wanted fact or kind.
 
-The range is sampled, and where the answer changes between two samples it is halved until doubles
-are next to each other. Facts are proved to more digits than a double has.
+The range is sampled, and an interval over which the answer changes is bisected until its ends are
+neighbouring doubles. Facts are proved to more digits than a double has.
 """
 
 from __future__ import annotations
@@ -37,22 +37,22 @@ from heavytop.text import nearest
 
 MOST_POINTS: Final = 1_000_000  # of a range
 SAMPLES: Final = 128  # of a range, and as many by the logarithm of one without 0
-_ROUNDINGS: Final = 10 * UNIT  # of a fact that is made of others, and of what is wanted
-_JUMP: Final = 1e-6  # relative: between doubles next to each other no fact changes so much
-_LEAST: Final = 1e-300  # below which there are no numbers in scenes but 0
-_THIRDS: Final = 48  # after which the least of a fact does not change
+_ROUNDINGS: Final = 10 * UNIT  # relative, of a fact that is computed from others
+_JUMP: Final = 1e-6  # relative: a larger change between neighbouring doubles is a jump
+_LEAST: Final = 1e-300  # a scene has no smaller numbers but 0
+_THIRDS: Final = 48  # steps of a search for the minimum of a fact
 _WISH: Final = re.compile(r"\s*(.+?)\s*(<=|>=|=)\s*(.+?)\s*")
 _RANGE: Final = re.compile(r"\s*(?:(top|start)\.)?(\w+)\s*=([^:]+):([^:]+)(?::\s*([0-9]+)\s*)?")
 
 Bracket: TypeAlias = tuple[float, float]
-Enclosed: TypeAlias = tuple[float, float, bool]  # and whether it is proved to be between
+Enclosed: TypeAlias = tuple[float, float, bool]  # a bracket, and whether it is proved
 MotionAt: TypeAlias = "Callable[[float], Motion | None]"
 Distance: TypeAlias = "Callable[[float], float]"
-"""How far the motion of a value is from what is asked for; its sign is proved. Nan if nowhere."""
+"""From a value to how far its motion is from what is wanted, with proved sign; nan without one."""
 
 
 def _per_weight(motion: Motion, power: int, factor: float) -> float | None:
-    """A power of |p_ψ| over |gMR|, times a factor; None without weight."""
+    """Return a power of |p_ψ| over |gMR|, times a factor; None without weight."""
     momentum, weight = abs(float(motion.constants.p_psi)), abs(float(motion.top.gMR))
     return factor * momentum**power / weight if weight else None
 
@@ -69,7 +69,7 @@ FOUND_FACTS: Final[Mapping[str, tuple[Callable[[Motion], float | None], str]]] =
 
 
 class Found(Result):
-    """What `find` found: all solutions in the range, in their order.
+    """The result of `find`: all solutions in the range, in increasing order.
 
     Attributes
     ----------
@@ -77,10 +77,10 @@ class Found(Result):
         Its top and its start.
     vary, so_that : str
     solutions : tuple of mapping
-        Of each the ``value`` that has what is asked for, the ``bracket`` of two values around it,
-        whether it is ``proved`` to be between these, and the ``facts`` at it [SI].
+        Of each the ``value``, the ``bracket`` of two values around it, whether it is ``proved`` to
+        be between these, and the ``facts`` at it [SI].
     holds : tuple of (float, float)
-        Where it holds, of what holds on intervals: their ends [SI].
+        The ends of intervals in which a wish holds that is no equation [SI].
     why : str
         Why there is none.
     """
@@ -188,8 +188,7 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     for low, high, proved in brackets:
         x = _middle(low, high)
         facts = facts_of(motion_at(x), FOUND_FACTS)
-        found = {"value": x, "bracket": (low, high), "proved": proved, "facts": facts}
-        solutions.append(found)
+        solutions.append({"value": x, "bracket": (low, high), "proved": proved, "facts": facts})
     why = ""
     if not (brackets or holds):
         ends = fact_quantity(key, ".6g").with_unit(points[0], points[-1], between=" and ")
@@ -200,7 +199,7 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
 
 
 def motion_of(scene: Scene, key: str, x: float | Exact) -> Motion | None:
-    """The motion of a scene with another value of a key; None where there is no such scene."""
+    """Return the motion of a scene with another value of a key; None if there is no such scene."""
     with warnings.catch_warnings(), suppress(BadScene, NotANumber):
         warnings.simplefilter("ignore")
         changed = scene.changed(key, x if abs(float(x)) > _LEAST else 0.0)
@@ -209,26 +208,27 @@ def motion_of(scene: Scene, key: str, x: float | Exact) -> Motion | None:
 
 
 def kind_of(motion: Motion | None) -> str | None:
-    """The kind of a motion, if there is one."""
+    """Return the kind of a motion; None if there is no motion."""
     return None if motion is None else str(motion.kind)
 
 
 def facts_of(motion: Motion | None, names: Iterable[str]) -> dict[str, float | None]:
-    """Facts of a motion by name; None where it has none, or none that is decided."""
+    """Return facts of a motion by name; None where it has none, or none that is decided."""
     return {name: _fact(motion, name) for name in names}
 
 
 def _fact(motion: Motion | None, name: str) -> float | None:
+    """Return one fact of a motion, or None."""
     with suppress(NoClosedForm):
         return None if motion is None else FOUND_FACTS[name][0](motion)
     return None
 
 
-# --- where it is so ------------------------------------------------------------------------------
+# --- solutions -----------------------------------------------------------------------------------
 
 
 def _distance(motion_at: MotionAt, name: str, wanted: float, x: float) -> float:
-    """How far a fact is off; 0 within the roundings that it may have, nan where there is none."""
+    """Return a fact less the wanted value; 0 within rounding, nan where there is no fact."""
     value = _fact(motion_at(x), name)
     if value is None or not math.isfinite(value):
         return math.nan
@@ -239,9 +239,9 @@ def _distance(motion_at: MotionAt, name: str, wanted: float, x: float) -> float:
 def _find_equal(
     distance: Distance, points: Sequence[float], name: str, wanted: float
 ) -> tuple[list[Enclosed], str]:
-    """Where a fact is what is wanted, but not where it jumps over that; and what it is.
+    """Return brackets in which a fact has the wanted value without a jump, and its range in words.
 
-    An angle jumps by half turns, however large it is.
+    The jumps of an angle are half turns, however large it is.
     """
     found = []
     for low, high in _brackets(distance, points):
@@ -257,7 +257,7 @@ def _find_equal(
 
 
 def _find_ends(side: Distance, points: Sequence[float]) -> tuple[list[Enclosed], list[Bracket]]:
-    """The ends of where something holds (a side not below 0), and between which it does."""
+    """Return brackets of the ends of intervals in which `side` is at least 0, and the intervals."""
     found = [(*ends, {*map(side, ends)}) for ends in _brackets(side, points)]
     brackets = [(low, high, max(sides) > 0) for low, high, sides in found if min(sides) < 0]
     ends = [points[0], *((low + high) / 2 for low, high, _ in brackets), points[-1]]
@@ -265,9 +265,10 @@ def _find_ends(side: Distance, points: Sequence[float]) -> tuple[list[Enclosed],
 
 
 def _find_zeros(motion_at: MotionAt, points: Sequence[float], kind: str) -> Iterator[Enclosed]:
-    """Where the numbers change their sign that are 0 in a kind, the others being as it wants.
+    """Yield brackets in which a kind is met whose numbers of `RULES` must vanish.
 
-    Of two that change it is not proved that they do at once.
+    There one of these changes its sign, and those that must be positive are. Where several numbers
+    must vanish it is not proved that they do at the same value.
     """
     for rule in (rule for rule in RULES if rule.kind == kind):
         distances = [partial(_criterion, motion_at, number) for number in rule.zeros]
@@ -276,21 +277,22 @@ def _find_zeros(motion_at: MotionAt, points: Sequence[float], kind: str) -> Iter
         for low, high in _brackets(moving[0], _with_nearest(moving[0], points)) if moving else ():
             positive = all(math.prod(each(x) for each in factors) > 0 for x in (low, high))
             others = any(_same_side(each, low, high) for each in moving[1:])
-            met = [x for x in (low, _middle(low, high), high) if moving[0](x) == 0]
-            so = any(kind_of(motion_at(x)) == kind for x in met)
-            if not met:  # LOOPING is 0 too where waves only touch it
-                so = kind != Kind.CUSPS or Kind.LOOPS in map(kind_of, map(motion_at, (low, high)))
-            if so and positive and not others:
-                yield low, high, bool(met) or len(moving) == 1
+            zeros = [x for x in (low, _middle(low, high), high) if moving[0](x) == 0]
+            holds = any(kind_of(motion_at(x)) == kind for x in zeros)
+            if not zeros:  # LOOPING is 0 too where waves only touch it
+                ends = map(kind_of, map(motion_at, (low, high)))
+                holds = kind != Kind.CUSPS or Kind.LOOPS in ends
+            if holds and positive and not others:
+                yield low, high, bool(zeros) or len(moving) == 1
 
 
 def _middle(low: float, high: float) -> float:
-    """The value between two ends, 0 where they have it between them."""
+    """Return the middle of two ends, or 0 if that is between them."""
     return 0.0 if low <= 0 <= high else low + (high - low) / 2
 
 
 def _criterion(motion_at: MotionAt, number: Criterion, x: float) -> float:
-    """A number that distinguishes kinds, with its proved sign; nan where there is none."""
+    """Return a number that distinguishes kinds, with its proved sign; nan where there is none."""
     if (motion := motion_at(x)) is None:
         return math.nan
     signs = SceneSigns(motion.top, motion.start)
@@ -300,13 +302,16 @@ def _criterion(motion_at: MotionAt, number: Criterion, x: float) -> float:
 
 
 def _same_side(distance: Distance, a: float, b: float) -> bool:
-    """Whether both are on one side of what is asked for."""
+    """Tell whether the distances of two values have the same sign, and neither is 0."""
     one, other = distance(a), distance(b)
     return (one > 0 and other > 0) or (one < 0 and other < 0)
 
 
 def _brackets(distance: Distance, points: Sequence[float]) -> Iterator[Bracket]:
-    """Ends, as near as they can be, of where the side changes or what is asked for is met."""
+    """Yield neighbouring doubles between which a distance changes its sign, or ends of its zeros.
+
+    nan are gaps, over which nothing is bracketed.
+    """
     before: float | None = None
     zeros: list[float] = []
     for x in [*points, math.inf]:
@@ -325,14 +330,14 @@ def _brackets(distance: Distance, points: Sequence[float]) -> Iterator[Bracket]:
 
 
 def _bisect(distance: Distance, a: float, b: float) -> Bracket:
-    """The last double on the side of a, and the next one towards b."""
+    """Return the last double on the side of a, and the next one towards b."""
     while (middle := a + (b - a) / 2) not in (a, b):
         a, b = (middle, b) if _same_side(distance, a, middle) else (a, middle)
     return a, b
 
 
 def _with_nearest(distance: Distance, points: Sequence[float]) -> list[float]:
-    """The points, and others between them where a distance that keeps its side is least."""
+    """Return points, and between them others where a distance of one sign has a local minimum."""
     more = []
     for triple in zip(points, points[1:], points[2:], strict=False):
         alike = _same_side(distance, *triple[:2]) and _same_side(distance, *triple[1:])
@@ -343,7 +348,7 @@ def _with_nearest(distance: Distance, points: Sequence[float]) -> list[float]:
 
 
 def _nearest(distance: Distance, a: float, b: float) -> float:
-    """Where it is least between two points, by thirds; or where its side changes."""
+    """Return where a distance is least, by ternary search; or where it changes its sign."""
     first = a
     for _ in range(_THIRDS):
         x, y = a + (b - a) / 3, b - (b - a) / 3
@@ -354,11 +359,11 @@ def _nearest(distance: Distance, a: float, b: float) -> float:
     return a
 
 
-# --- what is asked for -----------------------------------------------------------------------
+# --- reading the arguments -------------------------------------------------------------------
 
 
 def read_range(text: Any) -> tuple[str, Exact, Exact, int]:
-    """Read KEY=A:B, or KEY=A:B:N; the key, the smaller end and the other, and N, 0 if not given.
+    """Read KEY=A:B, or KEY=A:B:N; return key, smaller end, larger end, and N, 0 if not given.
 
     >>> read_range("start.psidot = 3 : 1 : 4")
     ('start.psidot', Exact.of('1'), Exact.of('3'), 4)
@@ -368,10 +373,10 @@ def read_range(text: Any) -> tuple[str, Exact, Exact, int]:
         raise Refused("KEY=A:B or KEY=A:B:N of a number of top or start: start.psidot=10:400 rpm")
     table, name, *ends, number = parts.groups()
     homes = {key: home for home in ("top", "start") for key in TABLES[home]}
-    known = [key for key in homes if key in QUANTITY_READERS and table in (None, homes[key])]
-    if name not in known:
+    names = [key for key in homes if key in QUANTITY_READERS and table in (None, homes[key])]
+    if name not in names:
         raise Refused(
-            f"a number of the {table or 'scene'}: {', '.join(known)}", nearest(name, known)
+            f"a number of the {table or 'scene'}: {', '.join(names)}", nearest(name, names)
         )
     first, last = sorted(map(QUANTITY_READERS[name], of_one_unit(*ends)), key=float)
     if len(number or "") > len(str(MOST_POINTS)) or not 1 <= int(number or 1) <= MOST_POINTS:
@@ -382,7 +387,7 @@ def read_range(text: Any) -> tuple[str, Exact, Exact, int]:
 
 
 def _read_samples(text: Any) -> tuple[str, list[float]]:
-    """The key of a range, and points of it: N, or as many as serve."""
+    """Return the key of a range, and samples of it: N, or `SAMPLES` in each of two spacings."""
     key, first, last, count = read_range(text)
     low, high = float(first), float(last)
     points = {*even_values(first, last, count or SAMPLES + 1), high}
@@ -392,7 +397,7 @@ def _read_samples(text: Any) -> tuple[str, list[float]]:
 
 
 def _read_wish(text: Any) -> tuple[str, str, Any]:
-    """Read FACT = X, FACT <= X, FACT >= X, or kind = KIND."""
+    """Read FACT = X, FACT <= X, FACT >= X, or kind = KIND; return its three parts."""
     if not isinstance(text, str) or (parts := _WISH.fullmatch(text)) is None:
         raise Refused("FACT = X, <= X or >= X, such as round = 3.5 s; or kind = loops")
     name, relation, wanted = parts.groups()

@@ -1,6 +1,6 @@
 """The journal of a study: its parameters in the first line of a file, then a line for each slice.
 
-``pandas.read_json("study.jsonl", lines=True)`` shows it. Every line begins with its digest. A last
+``pandas.read_json("study.jsonl", lines=True)`` reads it. Every line begins with its digest. A last
 line that a kill cut short is dropped.
 """
 
@@ -25,22 +25,22 @@ from heavytop.scene.arguments import path_of
 Parameters = dict[str, Any]
 STUDY, LOCK = "study.jsonl", "lock"
 RUN: Final = "run"
-"""The kind of a journal that is not of a study: its first line is all that it has."""
+"""The kind of the journal of a run, no study, which has a first line alone."""
 DIGEST: Final = b'{"sha256":"%b",'
 DIGEST_BEGINS: Final = DIGEST.partition(b"%")[0]
 BUDGET: Final = "budget"
-"""The name of a record without rows: its checkpoint is the time that a study may take [s]."""
+"""The record whose checkpoint is the time that a study may take [s]; it has no rows."""
 
 
 class Chunk(NamedTuple):
-    """What one chunk of the work on a task gave.
+    """The result of one piece of work on a task.
 
     Attributes
     ----------
     checkpoint : object
         All that is needed to go on from here, for JSON.
     rows : sequence of dict
-        Results since the chunk before, for JSON, without wall-clock values.
+        Results since the chunk before, for JSON, without wall-clock times.
     done : bool
         Whether the task is at its end.
     fraction : float
@@ -64,7 +64,7 @@ _NOT_BEGUN: Final = Chunk(fraction=0.0)
 
 @dataclass(slots=True)
 class TaskRecord:
-    """One task, as far as it is: its last chunk, the time of all of them, and where they stand."""
+    """The stored part of a task: its last chunk, the seconds of all, their places in the file."""
 
     last: Chunk = _NOT_BEGUN
     seconds: float = 0.0
@@ -77,12 +77,12 @@ class TaskRecord:
 
 
 class Journal:
-    """What is done of a study: in a folder, or in memory.
+    """The stored part of a study, in a folder or in memory.
 
     Attributes
     ----------
     parameters : dict
-        All that makes this study another one, as JSON: kind, scene, options, versions.
+        All that distinguishes this study from others, as JSON: kind, scene, options, versions.
     folder : Path or None
     """
 
@@ -123,10 +123,10 @@ class Journal:
     def open(
         cls, folder: object, parameters: Parameters, files: Sequence[str] = (), **about: Any
     ) -> Iterator[Self]:
-        """Begin a study in a new or empty folder, or take up the one with these parameters.
+        """Begin a study in a new or empty folder, or continue the one with these parameters.
 
-        Where there is no folder (None) it is in memory. One that names its files may begin where
-        none of these is there. The first line says also what it is `about`.
+        Where the folder is None it is in memory. With `files` the folder need not be empty, only
+        without these files. The first line holds `about` too.
 
         Raises
         ------
@@ -178,11 +178,11 @@ class Journal:
             raise ForeignFile(f"{self.folder}: holds another {which}: {'; '.join(found)}")
 
     def record(self, task: str) -> TaskRecord:
-        """Return how far a task is; an empty record before it began."""
+        """Return the record of a task, an empty one before it began."""
         return self._records.setdefault(task, TaskRecord())
 
     def rows(self, task: str) -> list[dict[str, Any]]:
-        """Return the results of a task so far; they are not kept in memory."""
+        """Return the results of a task so far, read from the file."""
         found: list[dict[str, Any]] = []
         path = self.folder and self.folder / STUDY
         with path.open("rb") if path else nullcontext(self._file) as file:
@@ -192,7 +192,7 @@ class Journal:
         return found
 
     def append(self, task: str, chunk: Chunk) -> None:
-        """Add what was done of a task; on return it is safe.
+        """Write down a chunk of a task; on return it is on the disk.
 
         Raises
         ------
@@ -209,6 +209,7 @@ class Journal:
         self._add(place, **line)
 
     def _add(self, place: int, task: str, **chunk: Any) -> None:
+        """Add a chunk at a place in the file to the record of a task."""
         record, last = self.record(task), Chunk(**chunk)
         if record.ended:  # two have written, where a lock does not hold
             raise ValueError(f"{task} had ended before")
@@ -218,7 +219,7 @@ class Journal:
 
 
 def first_line(folder: Path) -> dict[str, Any]:
-    """The first line of a folder, its command and its parameters; empty where none is whole.
+    """Return the first line of a folder, its command and parameters; empty where none is whole.
 
     Raises
     ------
@@ -243,7 +244,7 @@ def first_line(folder: Path) -> dict[str, Any]:
 
 
 def keep_budget(journal: Journal, budget: float | None, default: float) -> float:
-    """Write the budget of a study down; of one that is resumed (None) return what was written."""
+    """Write down the budget of a study, or read that of one that is resumed (None); return it."""
     if budget is not None:
         journal.append(BUDGET, Chunk(budget))
     written = journal.record(BUDGET).last.checkpoint
@@ -262,7 +263,7 @@ def canonical_json(value: Any) -> str:
 
 
 def differences(there: Any, here: Any, name: str = "") -> tuple[str, ...]:
-    """Return what two JSON values say differently, each by its name.
+    """Return the differences of two JSON values, as sentences that begin with their keys.
 
     Examples
     --------
@@ -273,18 +274,18 @@ def differences(there: Any, here: Any, name: str = "") -> tuple[str, ...]:
         every = ((key, there.get(key), here.get(key)) for key in sorted({*there, *here}))
         found = (differences(a, b, f"{name}.{key}".removeprefix(".")) for key, a, b in every)
         return tuple(difference for each in found for difference in each)
-    said = partial(json.dumps, separators=(",", ":"), ensure_ascii=False)  # ° is read as it is
-    a, b = ("nothing" if each is None else said(each) for each in (there, here))
+    text = partial(json.dumps, separators=(",", ":"), ensure_ascii=False)  # ° stays as it is
+    a, b = ("nothing" if each is None else text(each) for each in (there, here))
     return () if a == b else (f"{name}: {a:.80} there, {b:.80} here",)
 
 
 def seal(text: bytes) -> bytes:
-    """The line of a JSON object, the digest of what was there put first."""
+    """Return the line for the text of a JSON object, with the digest of that as its first key."""
     return DIGEST % digest(text) + text[1:] + b"\n"
 
 
 def read_line(line: bytes) -> dict[str, Any]:
-    """What a line says, if it is as it was written.
+    """Return the object of a line, without its digest, if it is as it was written.
 
     Raises
     ------
@@ -301,7 +302,7 @@ def _write_line(file: IO[bytes], document: dict[str, Any]) -> int:
     """Append a line and wait until it is on the disk; return its place."""
     place, rest = file.seek(0, os.SEEK_END), seal(canonical_json(document).encode())
     try:
-        while rest:  # without a buffer, which would be tried again when a full disk is closed
+        while rest:  # unbuffered: a buffer would be written again when a full disk is closed
             rest = rest[file.write(rest) :]
         if not isinstance(file, BytesIO):
             os.fsync(file.fileno())

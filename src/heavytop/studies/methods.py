@@ -1,4 +1,4 @@
-"""Methods of integration: the Taylor integrator in every form, and those of others, by name."""
+"""All methods by name, as studies take them: Taylor in every form, auto, published, users'."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BROUWER: Final = 1e-18  # heyoka's own advice for Brouwer's law, with compensate
 
 
 def method(text: str) -> MethodEntry:
-    """Return the method that a text asks for.
+    """Return the method that a text names.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def method(text: str) -> MethodEntry:
 
 
 def _single_setting(x: float) -> dict[str, Any]:
-    """What a method with one setting alone is."""
+    """Return the fields of a method that has only one setting."""
     return dict.fromkeys(("default", "setting", "least", "most"), x) | {"grid": (x,)}
 
 
@@ -84,7 +84,7 @@ VARIANTS: Final[Mapping[str, dict[str, Any]]] = {
     "-compensated": _single_setting(BROUWER),
     "-mpfr": _single_setting(2.0 ** (1 - MPFR_BITS)) | {"bits": MPFR_BITS},
 }
-"""Of the Taylor integrator, by the end of the name."""
+"""The fields in which variants of the Taylor integrator differ, by the end of the name."""
 
 
 @cache
@@ -138,7 +138,7 @@ def plan_auto(text: str, scene: Scene, periods: float) -> MethodEntry:
 
 
 def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]:
-    """Return what a text asks for in a run of so many periods: one setting, or all of the grid.
+    """Return the methods of a text in a run of so many periods: one setting, or the whole grid.
 
     Examples
     --------
@@ -157,23 +157,23 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]
 
 
 def expect_method(text: str) -> str:
-    """Return a text that names a method, or auto with digits or without; refuse any other."""
+    """Return a text that names a method or auto; refuse any other."""
     if not auto_digits(text):
         method(text)
     return text
 
 
-# --- what a person names ---------------------------------------------------------------------
+# --- the methods of a study ------------------------------------------------------------------
 
 
 def read_methods(file: str, methods: Any, read: Callable[[str], T]) -> tuple[list[T], list[Fault]]:
-    """Return what methods stand for, by their names; one's own are loaded.
+    """Return `read` of the name of each method, and the faults; users' methods are loaded.
 
-    What is wrong with some of them are faults of `file`.
+    Faults are named by `file`.
     """
     given = dict[str, Any]()
 
-    def found(each: Any) -> T:
+    def register_and_read(each: Any) -> T:
         try:
             name = user.register(each)
         except Impossible as wrong:
@@ -182,23 +182,23 @@ def read_methods(file: str, methods: Any, read: Callable[[str], T]) -> tuple[lis
             raise Refused(f'{name}: another method has this name: give one Method(…, name="…")')
         return read(name)
 
-    return parse_names(file, "methods", methods, found, (str, user.Method, Callable))
+    return parse_names(file, "methods", methods, register_and_read, (str, user.Method, Callable))
 
 
 def read_options(
     scene: Scene, methods: Any, options: Mapping[str, object], readers: Mapping[str, Reader],
     read: Callable[[str], str],
 ) -> tuple[list[str], dict[str, Any]]:  # fmt: skip
-    """Return methods and options of a study that counts nutation periods, or refuse all at once.
+    """Return methods and options of a study over nutation periods; refuse all faults at once.
 
     Raises
     ------
     BadScene
-        A method, or an option, is none; or nothing nutates.
+        There is no such method; an option is out of its bounds; nothing nutates.
     WrongType
-        The scene is none.
+        `scene` is no Scene.
     MissingPackage
-        No method can run here: what the first of them needs.
+        No method can run here; it names what the first of them needs.
     """
     motion, file = closed_form_of(scene), scene.name
     values, faults = parse_options(file, options, readers)
@@ -214,24 +214,24 @@ def read_options(
 
 
 def parameters_of(kind: str, names: Iterable[str], **asked: Any) -> Parameters:
-    """Return what is asked of a study of methods, as JSON."""
+    """Return the parameters of a study of methods, for JSON."""
     methods = [*dict.fromkeys(names)]
     about = {"kind": kind, "methods": methods, "versions": versions()}
     return {**about, **asked, **user.as_parameters(methods)}
 
 
-# --- what is put under stress ----------------------------------------------------------------
+# --- the methods of a stress test ------------------------------------------------------------
 
 AUTO_ANGLES: Final = "auto-angles"
-BLOCK, CALL = 1000, 50  # steps between two looks: of one length, and of others
+BLOCK, CALL = 1000, 50  # steps in a block: fixed, and adaptive ones
 
 
 @cache
 def stress_methods() -> Mapping[str, MethodEntry]:
-    """Return what a stress test runs: auto, every form of the equations, and what others use.
+    """Return the methods of a stress test: auto, Taylor in every form, and published methods.
 
     ``auto-angles`` is auto with phi and psi wanted. scipy's solvers are called once for the whole
-    span (with 0 steps in a block), and begin at any start: at a pole nothing warns their user.
+    span (with 0 steps in a block), and unguarded: at a pole nothing warns their user.
     """
     auto = replace(method("taylor-axis"), formulation=AUTO, setting=0.0)
     found = [replace(auto, name=AUTO, short=AUTO), replace(auto, name=AUTO_ANGLES, short="auto:φψ")]
@@ -252,7 +252,7 @@ def stress_methods() -> Mapping[str, MethodEntry]:
 
 
 def stress_method(text: str) -> MethodEntry:
-    """Return what a stress test runs by this name: one of its table, or one's own.
+    """Return a method of a stress test by name: one of `stress_methods`, or a user's.
 
     Raises
     ------

@@ -1,9 +1,8 @@
 """The runs of all studies: any method set up for one start, with its reference solution.
 
-That is the closed form of the run's own binary start, at 40 digits. States are compared with it as
-the exact numbers they are, so that the difference is the error of the run and not of the
-comparison. A number of more than 53 bits is stored as the decimal text by which every bit of it
-comes back.
+The reference is the closed form of the run's own binary start, at 40 digits. States are compared
+with it as exact numbers, so that the comparison adds no error. A number of more than 53 bits is
+stored as a decimal text from which every bit can be read back.
 """
 
 from __future__ import annotations
@@ -41,13 +40,12 @@ from heavytop.run.planning import plan
 from heavytop.scene.scene import Scene
 
 REFERENCE_DIGITS: Final = 40  # of the reference solution
-EVEN_AXIS: Final = 0.7  # of |z|, above which x and y determine it better
-# of texts and of the reference, beyond those of the run's numbers
-REFERENCE_SPARE_DIGITS: Final = 12
-CLOSE_ROTATION: Final = 1e-12  # as the distance of a rotation from one, at the start
-FARTHEST_PERIODS: Final = 1e6  # periods: no step is that long
-ORDER_STEPS: Final = tuple(12.5 * 2**k for k in range(13))  # a period
-ORDER_PERIODS: Final = 0.0618  # so that spinning tops need no more
+EVEN_AXIS: Final = 0.7  # size of an axis' z above which x and y determine it better
+REFERENCE_SPARE_DIGITS: Final = 12  # of the reference, beyond those of the run's numbers
+CLOSE_ROTATION: Final = 1e-12  # an invariant that starts below this counts as zero
+FARTHEST_PERIODS: Final = 1e6  # nutation periods: no step is that long
+ORDER_STEPS: Final = tuple(12.5 * 2**k for k in range(13))  # in a period, to measure an order
+ORDER_PERIODS: Final = 0.0618  # over which it is measured: so short that few steps suffice
 clock: Callable[[], float] = time.perf_counter  # [s]
 
 # --- one method from one start ---------------------------------------------------------------
@@ -93,8 +91,7 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
     if exact.period is None:  # the scene's own start nutates, but its rounded one does not
         rounded = f"as it is rounded here, nothing nutates ({REFERENCE_DIGITS} digits)"
         rule = f"so close to a pole that, {rounded}"
-        theta = str(scene.start.theta)
-        raise BadScene((Fault(scene.name, None, "start.theta", theta, rule),))
+        raise BadScene((Fault(scene.name, None, "start.theta", str(scene.start.theta), rule),))
     if method.is_rival:
         stepper = make_stepper(method, problem_of(scene, chosen, exact.period))
     else:
@@ -127,24 +124,24 @@ class TooSlow(IntegrationFailed):
 def advance(
     run: MethodRun, periods: Sequence[float], limit: float = math.inf
 ) -> tuple[list[StateError], StepperState, float]:
-    """Take a run to the last of some times: its errors at all, the last block's end, seconds."""
-    times, found = [run.stepper.output_time(n * run.period) for n in periods], list[StateError]()
+    """Return errors at times [nutation periods], the state after the last block, and seconds."""
+    times, errors = [run.stepper.output_time(n * run.period) for n in periods], list[StateError]()
     for before, last, seconds in walk(run, periods[-1], limit):  # noqa: B007
-        here = [t for t in times[len(found) :] if t <= last.time]
+        here = [t for t in times[len(errors) :] if t <= last.time]
         rows = run.stepper.states_at(before, here).tolist() if here else ()
-        found += map(run.reference, here, rows)
-    return found, last, seconds
+        errors += map(run.reference, here, rows)
+    return errors, last, seconds
 
 
 def walk(
     run: MethodRun, periods: float, limit: float = math.inf
 ) -> Iterator[tuple[StepperState, StepperState, float]]:
-    """Yield the blocks so far: where each began and ended, seconds in all.
+    """Take a run to a time [nutation periods]; yield start and end of each block, seconds so far.
 
     Raises
     ------
     TooSlow
-        It is not there yet after so many seconds.
+        It is not there after `limit` seconds.
     IntegrationFailed
         It cannot go on.
     """
@@ -160,11 +157,11 @@ def walk(
 
 
 def problem_of(scene: Scene, chosen: Plan, span: float) -> InitialValueProblem:
-    """Return what a method of others is set up for, at the run's own binary start."""
+    """Return the problem of a scene's binary start; `span` gives direction and period."""
     parameters, start = binary_start(scene, chosen)
-    state, ahead = tuple(start.state.tolist()), 1 if span >= 0 else -1
+    state, direction = tuple(start.state.tolist()), 1 if span >= 0 else -1
     top = TopConstants(*(float(x) for x in (scene.top.A, scene.top.C, scene.top.gMR)))
-    return InitialValueProblem(chosen.equations, parameters, state, ahead, abs(span), top)
+    return InitialValueProblem(chosen.equations, parameters, state, direction, abs(span), top)
 
 
 # --- the Taylor integrator as a stepper ------------------------------------------------------
@@ -211,7 +208,7 @@ class TaylorStepper(Stepper):
 
 
 def as_stored(numbers: Iterable[Any]) -> tuple[Any, ...]:
-    """Return numbers for JSON, without loss: doubles, and texts of more bits than those have."""
+    """Return numbers for JSON, without loss: doubles as they are, others as texts."""
     return tuple(float(x) if precision(x) == DOUBLE else text(x) for x in numbers)
 
 
@@ -243,14 +240,14 @@ class StateError(NamedTuple):
 
 
 def time_shift(du: Any, dudot: Any, exact: Any, frequency: Any) -> Any:
-    """Return the shift in time that explains du and dudot best, in the units of the orbit [s]."""
+    """Return the shift in time that best explains errors du and dudot of a state [s]."""
     weight = exact.udot**2 + (exact.uddot / frequency) ** 2
     return (du * exact.udot + dudot * exact.uddot / frequency**2) / weight
 
 
 @dataclass(frozen=True)
 class ReferenceSolution:
-    """What the states of one run are compared with.
+    """The exact motion with which the states of one run are compared.
 
     Parameters
     ----------
@@ -262,9 +259,9 @@ class ReferenceSolution:
     ctx : Context
         The numbers it computes in, of more digits than the run's have.
     start : sequence of float or str
-        The first of its rows.
+        The state at the start.
     body : BodyForm or None
-        What observes rows that are not states of the formulation.
+        The form whose states the rows are, where they are not those of the formulation.
     """
 
     formulation: Formulation
@@ -283,10 +280,10 @@ class ReferenceSolution:
         off = {name: float((x - first[name]) / size[name]) for name, x in values.items()}
         frequency = 2 * self.ctx.pi / self.exact.mpf("period", self.ctx.dps)
         phase = float(time_shift(u - exact.u, udot - exact.udot, exact, frequency))
-        apart = [x - y for x, y in zip(axis, exact.axis if axis else (), strict=True)]
-        far = float(self.ctx.norm(apart)) if axis else None
+        offset = [x - y for x, y in zip(axis, exact.axis if axis else (), strict=True)]
+        distance = float(self.ctx.norm(offset)) if axis else None
         tilt = self.ctx.acos(min(max(u, -self.ctx.one), self.ctx.one)) - exact.theta
-        return StateError(off.pop("energy"), off, phase, float(tilt), far)
+        return StateError(off.pop("energy"), off, phase, float(tilt), distance)
 
     @cached_property
     def _first(self) -> dict[str, Any]:
@@ -294,7 +291,7 @@ class ReferenceSolution:
         return self._observed(self.start)[2]
 
     def _observed(self, row: Sequence[Any]) -> tuple[Any, Any, dict[str, Any], list[Any]]:
-        """u, udot, the invariants, and the direction of the axis where the states give it."""
+        """Return u, udot, the invariants, and the unit vector of the axis where states give it."""
         names: Sequence[str] = OBSERVED if self.body else [*self.formulation.invariants]
         u, udot, *others = self._observe([self.ctx.mpf(x) for x in row])
         values, axis = dict(zip(names, others, strict=False)), others[len(names) :]
@@ -308,7 +305,7 @@ class ReferenceSolution:
 
     @cached_property
     def _observe(self) -> Callable[[Sequence[Any]], Sequence[Any]]:
-        """What is observed, as a function of a row alone."""
+        """The function from a row to u, udot, the invariants, and the axis if the row has it."""
         form, ctx, body = self.formulation, self.ctx, self.body
         if body:
             return lambda row: body.observe(row, ctx.sqrt)

@@ -1,14 +1,14 @@
-"""Studies: tasks that any executor advances, each step a line of one file; killed, they go on.
+"""Run the tasks of a study in any executor, and resume a study that was killed.
 
 A kind of study is a module with four functions; `STUDIES` has them all:
 
     tasks(parameters) -> names of the tasks, always the same and in the same order
     advance(parameters, task, checkpoint) -> Iterator[Chunk]    # after a checkpoint, None at first
     collect(journal) -> Result
-    complete(journal, **how) -> Result    # does what is left, with arguments of `run`
+    complete(journal, **how) -> Result    # runs what is left, with arguments of `run`
 
-All rows together depend on parameters and task alone, not on who did the work, nor on how often it
-was interrupted. A HeavyTopError in `advance` ends a task as failed.
+The rows of a task depend on parameters and task alone, not on who did the work or how often it was
+interrupted. A HeavyTopError in `advance` ends a task as failed.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ STUDIES: Final = {name.rpartition(".")[2]: f"heavytop.{name}" for name in _MODUL
 """The module of each kind of study. A file may name a kind, never a module."""
 
 SLICE_S: Final = 1.0  # of work between two lines of the journal
-KILL_COST: Final = 0.02  # of a task's work that a kill may cost: slices grow longer with the task
-TICK_S: Final = 0.1  # how long Ctrl-C may wait for an answer
+KILL_COST: Final = 0.02  # share of a task's work that a kill may cost: slices grow with the task
+TICK_S: Final = 0.1  # the longest wait between two looks for Ctrl-C
 
-# How executors say that a worker was killed; dask's exceptions by name, as it may be missing here.
+# Exceptions of executors whose worker was killed; dask's by name, as it may be missing here.
 # A process of a pool that took a Ctrl-C meant for this one says KeyboardInterrupt.
 _LOST: Final = (futures.BrokenExecutor, futures.CancelledError, KeyboardInterrupt)
 _LOST_BY_NAME: Final = ("KilledWorker", "FutureCancelledError")
@@ -64,7 +64,7 @@ _ONE_AT_A_TIME: Final = Lock()
 
 
 class Progress(NamedTuple):
-    """Where a study stands.
+    """How far a study is.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ def run(
             while (waiting or running) and not stop.is_set():
                 if time.monotonic() >= end:
                     waiting.clear()
-                # After a loss all tasks it may be due to run alone, each for a slice.
+                # After a loss all tasks that may have caused it run alone, each for a slice.
                 while waiting and len(running) < (1 if lost else sent_tasks(pool)):
                     task = waiting.popleft()
                     running[_submit(pool, study, journal, task, slice_s)] = task
@@ -172,7 +172,7 @@ def resume(
     executor: Executor | None = None,
     progress: Callable[[Progress], object] | None = None,
 ) -> Result:
-    """Take up a study of any kind where its folder says it was left.
+    """Continue a study of any kind where its folder says it was left.
 
     A budget is that with which it was begun, and counts from now on.
 
@@ -257,7 +257,7 @@ def study_of(parameters: Parameters) -> ModuleType:
 
 
 def _update_versions(parameters: Parameters) -> Parameters:
-    """Return parameters with the versions of this process, of the libraries that they name."""
+    """Return parameters with the versions that the libraries they name have in this process."""
     here = _versions()
     return {**parameters, "versions": {name: here.get(name) for name in parameters["versions"]}}
 
@@ -268,7 +268,7 @@ _versions = cache(versions)
 def _submit(
     pool: Executor, study: ModuleType, journal: Journal, task: str, slice_s: float
 ) -> Future[Chunk]:
-    """The future of a slice; one that is lost already where the pool takes no more."""
+    """Return the future of a slice; where the pool takes no more work, one that is lost already."""
     record = journal.record(task)
     seconds = max(slice_s, KILL_COST * record.seconds)
     work = (study.__name__, journal.parameters, task, record.last.checkpoint, seconds)
@@ -284,7 +284,7 @@ def advance_task(
     module: str, parameters: Parameters, task: str, checkpoint: Any, seconds: float,
     methods: user.Origins = (), stop: Event | None = None,
 ) -> Chunk:  # fmt: skip
-    """Advance a task for about so many seconds; in a worker, which may be far away."""
+    """In a worker, anywhere: advance a task for about so many seconds, and return one chunk."""
     user.load(methods)
     if found := differences(_update_versions(parameters), parameters):
         worker = f"process {os.getpid()} on {platform.node()}"
@@ -305,7 +305,7 @@ def advance_task(
 
 
 def _loss(future: Future[Chunk]) -> BaseException | None:
-    """How the worker was lost, if it was; what the task raised is raised here."""
+    """Return the exception of a lost worker, or None; what the task raised is raised here."""
     fault = futures.CancelledError() if future.cancelled() else future.exception()
     if fault is None or isinstance(fault, _LOST) or type(fault).__name__ in _LOST_BY_NAME:
         return fault

@@ -1,4 +1,4 @@
-"""Sweep: facts of the motion over a range of one number of a scene, with fast-top formulas beside.
+"""Sweeps: facts of the motion over a range of one number of a scene, beside fast-top formulas.
 
 Nothing is integrated: each row is the closed form of one scene.
 """
@@ -82,7 +82,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
 
 
 def read_request(scene: Scene, over: str, facts: object) -> tuple[str, list[Exact], list[str]]:
-    """The number that is changed, its values, and the names of facts; a BadScene as of `sweep`."""
+    """Return the key that is varied, its values, and the names of facts; raise as `sweep` does."""
     expect_scene(scene)
     known = one_of({name: name for name in find.FOUND_FACTS})
     names, faults = parse_names(scene.name, "facts", facts, known)
@@ -93,7 +93,7 @@ def read_request(scene: Scene, over: str, facts: object) -> tuple[str, list[Exac
 
 
 def _read_values(text: Any) -> tuple[str, list[Exact]]:
-    """The key of a range, and exact values from one end to the other, no double twice."""
+    """Return the key of a range, and exact values of it, each the only one of its double."""
     key, first, last, count = find.read_range(text)
     steps = max((count or _N) - 1, 1)
     values = (first + (last - first) * k / steps for k in range(steps + 1))
@@ -101,5 +101,6 @@ def _read_values(text: Any) -> tuple[str, list[Exact]]:
 
 
 def _row(scene: Scene, key: str, x: Exact, names: Sequence[str]) -> dict[str, Any]:
+    """Return the row of one value."""
     motion = find.motion_of(scene, key, x)
     return {key: float(x), "kind": find.kind_of(motion)} | find.facts_of(motion, names)

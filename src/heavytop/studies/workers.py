@@ -1,4 +1,4 @@
-"""Who does the work: this process, others here, or a dask cluster; and what stops them.
+"""Executors of tasks (this process, others here, a dask cluster), signals, calls with time limits.
 
 Worker processes do not run the caller's script and do not outlive their parent. On a cluster only
 this package must be installed where the workers are; a worker does one task at a time, so it is
@@ -41,12 +41,12 @@ T = TypeVar("T")
 
 @contextmanager
 def start_processes() -> Iterator[None]:
-    """Start processes inside this block.
+    """A block in which worker processes are started.
 
     They do not import the caller's script again, which may have no ``if __name__ ==
-    "__main__"``; nor modules from the current folder; and Ctrl-C and SIGTERM, which a whole group
-    gets, are left to this process. A worker of dask, which is a daemon, may start them too, as they
-    end with it.
+    "__main__"``, nor modules from the current folder. Ctrl-C and SIGTERM, which the whole process
+    group gets, are handled by this process alone. A worker of dask, which is a daemon, may start
+    processes too, as they end with it.
     """
     config = getattr(multiprocessing.current_process(), "_config", {})
     tables: tuple[Any, ...] = sys.modules, os.environ, config
@@ -85,7 +85,7 @@ class Processes(ProcessPoolExecutor):
         return list((self._processes or {}).values())
 
     def close(self, patience_s: float = CLOSING_S) -> None:
-        """Let the workers end, and kill those that do not, as for a thread of somebody's own."""
+        """Let the workers end, and kill those that do not, because of a user's thread perhaps."""
         processes = self.processes
         self.shutdown(wait=False)
         for process in processes:
@@ -93,20 +93,21 @@ class Processes(ProcessPoolExecutor):
                 process.kill()
 
     def kill(self) -> None:
-        """End all workers, whatever they are at."""
+        """Kill all workers."""
         for process in self.processes:
             process.kill()
         self.shutdown(cancel_futures=True)
 
 
 def follow_parent() -> None:
-    """In a worker: end with the parent, and print where it does not disturb results."""
+    """In a worker: end with the parent, and print to stderr, as stdout belongs to results."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with suppress(OSError):  # stderr may be closed
         os.dup2(2, 1)
 
 
 def _end_with_parent() -> None:
+    """Wait until the parent ends, and then end this process."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()
@@ -114,7 +115,7 @@ def _end_with_parent() -> None:
 
 
 class InProcess(Executor):
-    """Does what is submitted at once, in this process, until the signal to stop."""
+    """Runs what is submitted at once, in this process, and hands it the event to stop."""
 
     def __init__(self, stop: threading.Event) -> None:
         self.stop = stop
@@ -130,14 +131,14 @@ class InProcess(Executor):
 
 
 def check_how(progress: object, executor: object) -> None:
-    """Refuse a progress that is there and no function, and an executor that is none."""
+    """Refuse a progress that is neither None nor callable, and an executor that is none."""
     check_callable("progress", progress)
     if executor is not None:
         expect("executor", executor, Executor)
 
 
 def sent_tasks(executor: Executor) -> int:
-    """Return how many tasks are sent to an executor: two for each worker, so that none waits.
+    """Return how many tasks an executor has at a time: two for each worker, so that none waits.
 
     Examples
     --------
@@ -156,13 +157,12 @@ def sent_tasks(executor: Executor) -> int:
 def stop_signal(grace_s: float = GRACE_S) -> Iterator[threading.Event]:
     """An event that Ctrl-C or SIGTERM sets; the second signal does what it did before.
 
-    When the grace is over a Ctrl-C comes by itself, and ends this block wherever it is, but where
-    a process is being started. A library may swallow the KeyboardInterrupt: the event stays. Only
-    the main thread can listen to signals, and one that is ignored (nohup) stays ignored.
+    After `grace_s` this process gets a Ctrl-C, which ends the block wherever it is, unless a
+    process is just being started. A library may swallow the KeyboardInterrupt; the event stays set.
+    Only the main thread can handle signals, and one that is ignored (nohup) stays ignored.
     """
     event, again = threading.Event(), list[threading.Timer]()
-    here = threading.current_thread() is threading.main_thread()
-    numbers = STOPS if here else ()
+    numbers = STOPS if threading.current_thread() is threading.main_thread() else ()
     before: dict[int, Any] = {number: signal.getsignal(number) for number in numbers}
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -190,8 +190,8 @@ def stop_signal(grace_s: float = GRACE_S) -> Iterator[threading.Event]:
 
 
 # --- calls with a limit of time --------------------------------------------------------------
-# In a process that is killed when its time is up: nothing less helps, as a solver that hangs inside
-# its own compiled code hears no signal.
+# They run in a process that is killed when its time is up: a solver that hangs inside its compiled
+# code handles no signal.
 
 
 class TimedOut(HeavyTopError):
@@ -203,26 +203,27 @@ class WorkerLost(HeavyTopError):
 
 
 class TimedWorker:
-    """One process for calls; after one that had to be killed, or died, the next call starts one."""
+    """One process for calls with time limits; a call starts it where there is none."""
 
     _pool: Processes | None = None
     _end: Callable[[], Any]
 
     def call(self, function: Callable[..., T], *args: Any, timeout: float | None = None) -> T:
-        """Return what a function of a module returns there, within so many seconds.
+        """Call a function of a module in the process, and return its result.
 
-        Starting the process takes none of them.
+        The time limit [s] does not include starting the process.
 
         Raises
         ------
         TimedOut
             It did not return in time.
-        Lost
-            The process died of it, or it raised something; what is a HeavyTopError is raised here.
+        WorkerLost
+            The process died of it, or it raised something other than a HeavyTopError, which is
+            raised here.
         """
         if self._pool is None:
             self._pool = Processes(1)
-            # At its end this process waits for those that it began: this one is ended before.
+            # At exit Python waits for the workers of a pool: this one is killed before that.
             self._end = Finalize(None, self._pool.kill, exitpriority=10)
             self._pool.submit(os.getpid).result()  # it is ready
         [process] = self._pool.processes
@@ -249,37 +250,37 @@ class TimedWorker:
     def stages(
         self, function: Callable[..., Iterator[T]], *args: Any, limits: Iterable[float]
     ) -> Iterator[T]:
-        """Yield what a generator of a module yields there, each within its limit [s].
+        """Run a generator of a module in the process; yield its values, each within its limit [s].
 
         Raises
         ------
-        TimedOut, Lost
+        TimedOut, WorkerLost
             As of `call`.
         """
-        asked: tuple[Any, ...] = (function, *args)
+        first: tuple[Any, ...] = (function, *args)
         for limit in limits:
-            yield self.call(_next, *asked, timeout=limit)
-            asked = ()
+            yield self.call(_next, *first, timeout=limit)
+            first = ()
 
     def close(self) -> None:
-        """End the process, at once."""
+        """Kill the process."""
         if self._pool is not None:
             self._end()
             self._pool = None
 
 
-_AT_WORK: Final[list[Iterator[Any]]] = []  # in a worker: what it goes through
+_GENERATOR: Final[list[Iterator[Any]]] = []  # in a worker: the one that it runs
 
 
 def _next(function: Callable[..., Iterator[T]] | None = None, *args: Any) -> Any:
-    """In a worker: the next of what a function yields, which is begun with where it is given."""
+    """In a worker: return the next value of its generator, a new one where a function is given."""
     if function is not None:
-        _AT_WORK[:] = [function(*args)]
-    return next(_AT_WORK[0])
+        _GENERATOR[:] = [function(*args)]
+    return next(_GENERATOR[0])
 
 
 TIMED_WORKER: Final = TimedWorker()
-"""Of this process: it does one task at a time, and so needs one."""
+"""The one of this process, which does one task at a time."""
 
 # --- a dask cluster ---------------------------------------------------------------------------
 
