@@ -257,9 +257,7 @@ class Engine:
         for found in self._zeros:
             found.clear()
 
-    def _step(
-        self, state: Array | None, propagate: Callable[..., Any], end: Any, **how: Any
-    ) -> Any:
+    def _step(self, state: Array | None, method: Callable[..., Any], end: Any, **how: Any) -> Any:
         """Call a `propagate` method of heyoka's integrator, first set to a state unless it is None.
 
         Where steps take long it runs in another thread, and Ctrl-C stops the waiting for it.
@@ -269,7 +267,7 @@ class Engine:
             with self._busy:  # a call that nobody waits for any more ends first
                 if state is not None:
                     self._begin(state)
-                return propagate(end, **how)
+                return method(end, **how)
 
         return run() if self.bits < HEAVY_BITS else in_thread(run)
 

@@ -1,4 +1,4 @@
-"""An atlas: a map of kinds and numbers, how many pixels have which kind, where kinds meet."""
+"""The result of an atlas: a map of kinds and numbers, counts of pixels, boundaries of kinds."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ROLES: Final = {
     "p_phi": "precession", "psidot": "spin", "omega3": "spin", "p_psi": "spin",
     "A": "A", "C": "C", "gMR": "gMR",
 }  # fmt: skip
-"""What may change along an axis, and what it sets: two axes of a plane set different things."""
+"""What may vary along an axis, and what that sets: two axes of a plane set different things."""
 
 
 MAP: Final = "atlas.nc"
@@ -43,7 +43,7 @@ class Atlas(Result):
     map : xarray.Dataset
         All columns, dimensions named as the axes, y first; None where its file is not there.
     scene : mapping
-        It says every number that no axis changes.
+        It gives every number that no axis changes.
     axes : mapping
         ``x`` and ``y``: ``name``, and ``count`` values from ``low`` to ``high``, both among them,
         maybe ``log``.
@@ -52,15 +52,15 @@ class Atlas(Result):
     what : str
         ``kind`` or ``rows``.
     counts, details : mapping from str to int
-        How many pixels there are of each kind that occurs, and of each that is told apart further.
+        Numbers of pixels of each kind that occurs, and of each subdivision of a kind.
     uncertified : int
         How many pixels have a kind that is not proved.
     curves : tuple of mapping
         Pieces of the boundaries between kinds, by ``name`` and their points ``x`` and ``y``; a
         single one where it is a point of the plane.
     kinds_per_s, rows_per_s : float or None
-        Pixels computed here in a second, of all processes together [1/s], by ``what`` they have;
-        None in its folder.
+        Pixels computed in a second by all processes together [1/s], for the atlas' ``what``; None
+        in its folder.
     """
 
     schema: ClassVar = "heavytop/atlas/1"
@@ -82,7 +82,7 @@ class Atlas(Result):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the codes of ``kind`` mean."""
+        """The kinds of motion, by the codes of ``kind``."""
         return tuple(self.to_xarray()["kind"].attrs["flag_meanings"].split())
 
     def __getitem__(self, name: str) -> NDArray[Any]:
@@ -92,7 +92,7 @@ class Atlas(Result):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
-        """Return the atlas of ``atlas.json``; its map is read when it is looked at.
+        """Return the atlas of ``atlas.json``; its map is read from its file when it is used.
 
         Parameters
         ----------
@@ -153,7 +153,7 @@ class Atlas(Result):
         return {"map": MAP}
 
     def facts(self) -> Iterator[Fact]:
-        """The axes, what is held, and the boundaries."""
+        """Yield the axes, the numbers that no axis changes, and the boundaries."""
         for side, axis in self.axes.items():
             ends = quantity_of(axis.name).with_unit(axis.low, axis.high, between=" … ", form=".6g")
             scale = ", logarithmic" if axis.log else ""
@@ -170,7 +170,7 @@ class Atlas(Result):
             yield "pixels per second", f"{speed:.3g}"
 
     def tables(self) -> Iterator[Table]:
-        """How many pixels there are of each kind, and of its parts; every pixel once."""
+        """Yield the table of pixels by kind and its subdivisions, in which every pixel is once."""
         pixels = Counter(self.counts)
         for part, count in self.details.items():
             pixels[part.partition(",")[0]] -= count

@@ -1,8 +1,8 @@
-"""What every result is: a frozen header and tables of rows, and every way to show and store them.
+"""`Result`, the base class of all results, with every way to show, store and load them.
 
-A kind of result adds its fields, whose names are the keys of its JSON, and what is to be said of
-it: facts, tables, charts, problems. What a number is stands in `heavytop.scene.quantities`. Texts
-of files become harmless where they leave: for a console, and for HTML.
+A kind of result adds its fields, whose names are the keys of its JSON, and facts, tables, charts
+and problems. Symbols, units and formats of numbers are in `heavytop.scene.quantities`. Texts of
+files are made harmless where they leave, for a console and for HTML.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ if TYPE_CHECKING:
 
 _TYPED: ContextVar[str | None] = ContextVar("command", default=None)
 typed = _TYPED.get
-"""The command line, where this process is a command; None where Python is used."""
+"""Return the command line, where this process is a command; None where Python is used."""
 
 
 def command_line(words: Sequence[str]) -> str:
-    """A command line as a shell takes it, in letters that a terminal does not act on.
+    """Return a command line as a shell takes it, without characters that control a terminal.
 
     Examples
     --------
@@ -54,7 +54,7 @@ def command_line(words: Sequence[str]) -> str:
 
 @contextmanager
 def typing(command: str | None) -> Iterator[None]:
-    """Let results be those of a command."""
+    """A block in which results are those of a command."""
     token = _TYPED.set(command)
     try:
         yield
@@ -68,12 +68,12 @@ def typing(command: str | None) -> Iterator[None]:
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Result(Plotted):
-    """What a command found: its fields, by their names, are its JSON. Each kind is a dataclass.
+    """The result of a command or a function: a dataclass, whose fields are its JSON.
 
     Attributes
     ----------
     command : str or None
-        What was typed, as a text that is never executed; None where Python was used.
+        The command line, as a text that is never executed; None where Python was used.
     files : mapping from str to str
         Names of the files that were written, by what they are.
     versions : mapping from str to (str or None)
@@ -82,7 +82,7 @@ class Result(Plotted):
 
     schema: ClassVar[str]
     heading: ClassVar[str]
-    """What a page calls it: its name, if nothing else."""
+    """Its heading on a page, by default the name of the class."""
     table: ClassVar[str] = ""
     """The field that has its rows,"""
     index: ClassVar[tuple[str, ...]] = ()
@@ -112,30 +112,30 @@ class Result(Plotted):
         return printable(f"<{head}: {'; '.join(filter(None, (fact, rows)))}>")
 
     def facts(self) -> Iterator[Fact]:
-        """Labels, and what they say."""
+        """Yield labels and texts."""
         yield from ()
 
     def tables(self) -> Iterator[Table]:
-        """What is shown below the facts, in this order."""
+        """Yield the tables that are shown below the facts, in this order."""
         yield from ()
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
-        """By name what draws a picture of it on axes; the first is drawn where none is named."""
+        """Return functions that draw a picture of it on axes, by name; the first is the default."""
         return dict(_drawing().charts_of(self))
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
-        """What is wrong with it: exit codes, and a sentence for each."""
+        """Yield what is wrong with it: exit codes, and a sentence for each."""
         for method, why in self.failures().items():
             yield Exit.ENDED_EARLY, f"{method}: {why}"
         if self.table and not getattr(self, self.table):
             yield Exit.ENDED_EARLY, "nothing was run"
 
     def failures(self) -> Mapping[str, str]:
-        """Methods of one's own that gave nothing, and why."""
+        """Return the users' methods that gave no result, and why."""
         return {}
 
     def numbers(self) -> Table:
-        """Its numbers as one table: that of `to_pandas` and of CSV."""
+        """Return its numbers as one table: that of `to_pandas` and of CSV."""
         if self.table:
             rows = getattr(self, self.table)
             return Table(rows, [*dict.fromkeys(chain.from_iterable(rows))], keys=self.index)
@@ -160,7 +160,7 @@ class Result(Plotted):
         return {"schema": self.schema, **{name: getattr(self, name) for name in names}}
 
     def without_times(self) -> Mapping[str, Any]:
-        """Fields as its folder has them, without times: those of a resumed study are the same."""
+        """Return fields without times, as its folder has them, which resuming does not change."""
         return {}
 
     def save_data(self, folder: Path) -> dict[str, str]:
@@ -172,7 +172,7 @@ class Result(Plotted):
         return next((draw() for _, _, draw in self.figures()), None)
 
     def figures(self) -> Iterator[tuple[str, str, Callable[[], Any]]]:
-        """Names of its figures, their titles, and what draws each."""
+        """Yield names of its figures, their titles, and functions that draw them."""
         yield from _drawing().result_figures(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -212,7 +212,7 @@ class Result(Plotted):
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Self:
-        """Return the result that a document holds; keys that follow from others are left out."""
+        """Return the result of a document; keys that are no fields follow from these."""
         names = {each.name for each in fields(cls)} - {*cls.left_out}
         return cls(**{"command": None} | {n: x for n, x in document.items() if n in names})
 
@@ -239,17 +239,17 @@ class Result(Plotted):
         return Table.of_facts([("files", files)] if files else [])
 
     def html(self) -> str:
-        """The facts and the tables in HTML."""
+        """Return the facts and the tables in HTML."""
         return "".join(part.html for part in (Table.of_facts(self.facts()), *self.tables()))
 
 
 def kind_of(found: Result | type[Result]) -> str:
-    """The kind of a result: the name of its document."""
+    """Return the kind of a result: the name of its document."""
     return found.schema.split("/")[1]
 
 
 def _drawing() -> Any:
-    """What draws results, which stands above and takes its time to import."""
+    """Return the module that draws results, of a higher layer and slow to import."""
     return import_module("heavytop.plots.studies")
 
 
@@ -272,17 +272,17 @@ def load_result(path: Path) -> Result:
 
 
 def error_of(name: str) -> Quantity:
-    """What the error of a quantity is."""
+    """Return the error of a quantity, itself a quantity."""
     return quantity_of(name if name == "phase_s" else f"{name}_error")
 
 
 def error_text(name: str, size: float) -> str:
-    """An error with its unit."""
+    """Return an error with its unit."""
     return error_of(name).with_unit(size, form=".3g")
 
 
 def nonzero(values: Mapping[str, Any], form: str = ".6g") -> str:
-    """What a scene gives of a top or of its start, zeros left out.
+    """Return the numbers of a top or a start in words, zeros left out.
 
     Examples
     --------
@@ -295,7 +295,7 @@ def nonzero(values: Mapping[str, Any], form: str = ".6g") -> str:
 
 
 def group(rows: Iterable[Mapping[str, Any]], *names: str) -> dict[Any, list[Any]]:
-    """Rows with the same values together, in the order in which they come."""
+    """Return rows by their values of some columns, in the order in which these first appear."""
     found: dict[Any, list[Any]] = {}
     for row in rows:
         found.setdefault(tuple(row.get(name) for name in names), []).append(row)
@@ -303,7 +303,7 @@ def group(rows: Iterable[Mapping[str, Any]], *names: str) -> dict[Any, list[Any]
 
 
 def skipped_runs(skipped: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Why runs were not done, and how many of which methods.
+    """Yield the reasons why runs were skipped, each with its methods and their numbers of runs.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The result of a certificate: proved bounds of the error of a run, over all of its times."""
+"""The result of a certificate: proved bounds of the error of a run, at all times."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HEADINGS: Final = {"axis": "axis", "theta": "θ [rad]", "phi": "φ [rad]", "psi"
 
 
 class Certificate(Result):
-    """What is proved of a run in doubles: how far it is from the exact motion of its own numbers.
+    """Proved bounds of the distance of a run in doubles from the exact motion of its own numbers.
 
     Attributes
     ----------
@@ -28,14 +28,14 @@ class Certificate(Result):
     t : float
         The end of the run [s]: the bounds hold for all times from the start to it.
     bound : mapping from str to (float or None)
-        Proved: at no time is the error larger. Of the axis, a unit vector [1], and of theta, phi,
+        Proved bounds of the error at all times: of the axis, a unit vector [1], and of theta, phi,
         psi [rad]. None where there is no bound, as of psi in the axis form, or where the run does
         not follow the angle.
     rounding : mapping from str to (float or None)
         The part of `bound` by which phi and psi are rounded when whole turns and the uniform part
         of a spin are added, in the same units [rad]; 0 of axis and theta.
     observed : mapping from str to (float or None)
-        The largest error at the times that were looked at, before outputs are rounded, in the
+        The largest error at the times that were evaluated, before outputs are rounded, in the
         units of `bound` [rad].
     turns : bool or None
         Whether phi and psi are proved to have the right whole turns at all samples; the bounds are
@@ -68,7 +68,7 @@ class Certificate(Result):
     why: tuple[str, ...] = ()
 
     def facts(self) -> Iterator[Fact]:
-        """The run, its events, and what is not proved."""
+        """Yield the run, its events, and what is not proved."""
         how = "projected" if self.projected else "not projected"
         yield "run", f"{self.formulation} form, {how}, {self.steps} steps, to t = {self.t:.12g} s"
         if self.turns is not None:
@@ -85,7 +85,7 @@ class Certificate(Result):
         yield "bounds proved", f"of {', '.join(proved)}" if proved else "none"
 
     def tables(self) -> Iterator[Table]:
-        """The bounds beside the largest errors found."""
+        """Yield the table of the bounds and the largest errors found."""
         rows = [
             {"quantity": HEADINGS[name], "bound": self.bound[name]}
             | {"rounding": self.rounding[name] or None, "observed": self.observed[name]}
@@ -96,6 +96,6 @@ class Certificate(Result):
         yield Table(rows, ("quantity", "bound", "rounding", "observed"), meanings=about)
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
-        """What is not proved."""
+        """Yield why the run is not `proved`."""
         if not self.proved:
             yield Exit.OUT_OF_BOUND, "; ".join(self.why)

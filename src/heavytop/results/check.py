@@ -1,4 +1,4 @@
-"""What a check says of a trajectory that somebody else computed."""
+"""The result of a check of a trajectory from elsewhere."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ EVENT_WORDS: Final = {"turning": "turning points", "reversal": "reversals", "cus
 
 
 class Finding(NamedTuple):
-    """A convention that the data are written in, or what they lack.
+    """A convention of the data that has to be undone, or something that they lack.
 
     Attributes
     ----------
     name : str
         Such as ``degrees`` or ``y-up``.
     sentence : str
-        The same for a person, with its numbers.
+        The same as a sentence, with its numbers.
     gain : float or None
-        How many times smaller the misfit is when it is undone; None where a header declares it.
+        The misfit before it is undone over that after; None where a header declares it.
     """
 
     name: str
@@ -35,13 +35,13 @@ class Finding(NamedTuple):
 
 
 class Check(Result):
-    """What is to be said of a trajectory that somebody else computed.
+    """A trajectory from elsewhere compared with the exact motion: conventions, errors, events.
 
     Attributes
     ----------
     scene : mapping
         ``name`` is where the data are from; ``top`` and ``start``, as doubles, are those of the
-        exact motion that the data are held against.
+        exact motion with which the data are compared.
     origin : {"scene", "first row", "fitted"}
         Where that start is from.
     data : mapping
@@ -53,8 +53,8 @@ class Check(Result):
         and p_psi of the larger momentum. None where the data do not give it. ``phase_s`` says how
         far the data run ahead [s].
     digits, digits_as_given : float
-        Decimal digits [1] of all that is compared, where they are fewest: with the conventions
-        undone, and as the data are.
+        The least number of decimal digits [1] of all that is compared: with the conventions
+        undone, and of the data as they are.
     digits_required : float or None
         Digits [1] that the data should have as they are; None in a result that was loaded.
     growth : mapping from str to (float or None)
@@ -108,19 +108,19 @@ class Check(Result):
 
     @property
     def columns(self) -> dict[str, str]:
-        """Of every column the quantity that was taken from it; empty where none was."""
+        """The quantity that was taken from each column; empty where none was."""
         return {name: quantity or "" for name, quantity in self.data.columns.items()}
 
     @property
     def phase(self) -> Any:
-        """How far the data run ahead; None where they do not tell it."""
+        """The error in phase, how far the data run ahead; None where it cannot be determined."""
         return self.errors.phase_s
 
     def __str__(self) -> str:
         return "\n".join(f"{name:14}  {text}" for name, text in self.facts())
 
     def facts(self) -> Iterator[Fact]:
-        """The verdict, how the data were read, their errors and events, and what explains them."""
+        """Yield the verdict, how the data were read, errors, events, and the method found."""
         yield "verdict", self._verdict()
         yield "data", "{file}: {rows} rows from {span[0]:g} s to {span[1]:g} s".format(**self.data)
         yield "columns", self._columns_in_words()
@@ -148,7 +148,7 @@ class Check(Result):
         yield "conditioning", f"{self.condition:.1e} rad: {change}"
 
     def _verdict(self) -> str:
-        """Two sentences: what the data are written in, and how good they are then."""
+        """Return two sentences: the conventions of the data, and their digits without these."""
         names = [each.name for each in self.conventions]
         first = [f"Conventions: {', '.join(names)}."] if names else []
         if self.alternatives:
@@ -157,14 +157,14 @@ class Check(Result):
         return " ".join([*(first or ["No convention has to be undone."]), good])
 
     def _columns_in_words(self) -> str:
-        """The columns that were used, and the others."""
+        """Return the columns that were used, and the others."""
         columns = self.columns.items()
         used = ", ".join(name if name == q else f"{name} ({q})" for name, q in columns if q)
         ignored = ", ".join(name for name, q in columns if not q)
         return printable(f"{used}; ignored: {ignored}" if ignored else used)
 
     def _phase_in_words(self) -> Iterator[Fact]:
-        """How far the data run ahead, or why they do not tell it."""
+        """Yield the error in phase, or why it cannot be determined."""
         if (phase := self.phase) is not None:
             way, power = "behind" if phase.last < 0 else "ahead", self.growth["phase"]
             grows = "" if power is None else f", grows as t^{power:.1f}"
@@ -174,19 +174,19 @@ class Check(Result):
             yield "phase", self.method.no_phase
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
-        """Fewer digits than are required."""
+        """Yield a sentence where the data have fewer digits than are required."""
         if self.digits_required is not None and self.digits_as_given < self.digits_required:
             wanted = f"{self.digits_required:g} digits were requested"
             yield Exit.OUT_OF_BOUND, f"{wanted}; the data have {self.digits_as_given:.1f}"
 
 
 def _names(some: Any) -> str:
-    """Conventions that together explain the data."""
+    """Return the names of conventions that together explain the data."""
     return " and ".join(some.names) or "none"
 
 
 def _count(count: Any) -> str:
-    """How many events there are in the data, beside the proved number."""
+    """Return the number of events in the data, and the proved number, in words."""
     found = "too few rows to count" if count.data is None else str(count.data)
     most = f" to {count.exact_most}" if count.exact_most > count.exact else ""
     return f"{found}; exact {count.exact}{most}"

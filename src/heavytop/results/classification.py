@@ -1,4 +1,4 @@
-"""What is known of a scene without integrating it: its motion, and how it would be integrated."""
+"""Results that need no integration: the motion of a scene, and the plan of its integration."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 POLAR: Final = (Kind.PLANAR_PENDULUM, Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)
 """Kinds whose axis does not go round the vertical but through it."""
 TILTS: Final = re.compile(r"(?<=theta from )(\S+) to (\S+) rad")
-"""What a warning says of a kick."""
+"""The tilts in the warning of a kick."""
 ENCLOSED: Final = ("roots", *COURSE)
 BALL_DIGITS: Final = 18  # of the balls around them
 BALL_DECIMALS: Final = 22  # significant digits of the decimals around a ball
@@ -39,13 +39,13 @@ SHOWN_FACTS: Final = (
     "other_precession_rate", "other_nutation_frequency", "growth_rate", "slow_cone_rate",
     "fast_cone_rate", "sleeping_threshold", "fast_top_ratio",
 )  # fmt: skip
-"""Of a classification, in this order."""
+"""The facts that a classification shows, in this order."""
 ESTIMATED: Final = {"precession": "mean_precession_rate", "amplitude": "nutation_amplitude"}
-"""What textbooks estimate for a fast top, where its name means something else elsewhere."""
+"""The quantities of textbook estimates whose names mean something else elsewhere."""
 
 
 def motion_summary(motion: Motion, known: Facts | None = None) -> dict[str, Any]:
-    """Kind, tags, whether they are proved and why, range of tilt, and means per period.
+    """Return kind, tags, whether they are proved and why, range of tilt, and means per period.
 
     `round` is the time [s] in which the axis goes once round, `amplitude` that of nutation [rad];
     `estimates` are what textbooks give for a fast top, with their errors.
@@ -64,12 +64,12 @@ def motion_summary(motion: Motion, known: Facts | None = None) -> dict[str, Any]
 
 
 def top_summary(top: Top) -> dict[str, float]:
-    """What solids, or a mass and its distance, make of a top; nothing of one without a mass."""
+    """Return moments, mass and distance of a top made of parts; empty for a top without a mass."""
     return {} if top.mass is None else {name: float(getattr(top, name)) for name in OF_PARTS}
 
 
 def plan_summary(chosen: Plan) -> dict[str, Any]:
-    """How a scene is integrated, and why; ``cost_s`` is expected, not measured."""
+    """Return a plan with the keys of its document; ``cost_s`` is expected, not measured."""
     kept = ("formulation", "precision", "tolerance", "states", "projected", "tried")
     more = {"events": "watched", "reasons": "reasons", "warnings": "warnings", "cost_s": "seconds"}
     names = dict(zip(kept, kept, strict=True)) | more
@@ -77,7 +77,7 @@ def plan_summary(chosen: Plan) -> dict[str, Any]:
 
 
 class MotionResult(Result):
-    """What a scene's top and start alone say of its motion.
+    """The motion of a scene, as far as it follows from top and start alone.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class MotionResult(Result):
     constants : mapping from str to float
         E, E_prime, p_phi and p_psi.
     warnings : tuple of str
-        What no rigid body can be, a θ that was folded, what another kick would do.
+        An impossible rigid body, a θ that was folded into [0, π], what another kick would do.
     """
 
     scene: Any
@@ -101,18 +101,18 @@ class MotionResult(Result):
 
     @classmethod
     def of(cls, scene: Scene, motion: Motion, summary: Mapping[str, Any], **more: Any) -> Self:
-        """The result of a scene with this motion, and what else is found of it."""
+        """Return the result of a scene and its motion; `more` are further fields."""
         return cls(
             scene=scene.document(),
             motion=summary,
             top=top_summary(scene.top),
             constants=motion.constants._asdict(),
-            warnings=warnings_of(scene),
+            warnings=tuple(filter(None, (scene.top.warning, *scene.start.notices, _kick(scene)))),
             **more,
         )
 
     def notes(self) -> Iterator[Fact]:
-        """The warnings; the tilts in them, in SI in a document, are in the units that are shown."""
+        """Yield the warnings, with tilts in the units that are shown; a document has them in rad."""
 
         def shown(tilts: re.Match[str]) -> str:
             return quantity_of("theta").with_unit(*map(float, tilts.groups()), form=".6g")
@@ -120,7 +120,7 @@ class MotionResult(Result):
         yield from (("note", TILTS.sub(shown, text)) for text in self.warnings)
 
     def facts(self) -> Iterator[Fact]:
-        """Kind and why, range of tilt and means per period, the top, constants."""
+        """Yield kind and why, range of tilt and means per period, the top, constants."""
         yield from verdict_facts(self.motion)
         yield from course_facts(self.motion)
         yield from numbers(self.top, *self.top)
@@ -128,14 +128,14 @@ class MotionResult(Result):
 
 
 class Classification(MotionResult):
-    """What can be said of a scene without integrating it.
+    """The classification of a scene, which integrates nothing.
 
     Attributes
     ----------
     scene, motion, top, constants, warnings
-        As of `MotionResult`; the motion also with tags that are open, and to which bound.
+        As of `MotionResult`; `motion` has also the tags that are open, and the bound to which.
     motion_facts : mapping
-        Those of `heavytop.Facts`.
+        The fields of `heavytop.Facts`.
     enclosure : mapping
         ``roots`` (cos θ), ``theta_min``, ``theta_max``, ``period``, ``precession`` and ``spin``,
         each as two decimals with the true value between them; None where there is no such value,
@@ -154,7 +154,7 @@ class Classification(MotionResult):
         return {"facts" if name == "motion_facts" else name: x for name, x in found}
 
     def facts(self) -> Iterator[Fact]:
-        """Kind and why, range of tilt and means per period, constants, rates."""
+        """Yield kind and why, range of tilt and means per period, constants, rates."""
         yield from super().facts()
         yield from rate_facts(self.motion_facts)
         yield from estimate_facts(self.motion["estimates"])
@@ -162,7 +162,7 @@ class Classification(MotionResult):
 
 
 class Planned(Result):
-    """How a scene would be integrated; nothing is."""
+    """How a scene would be integrated; nothing is integrated."""
 
     schema: ClassVar = "heavytop/plan/1"
     heading: ClassVar = "Plan"
@@ -172,7 +172,7 @@ class Planned(Result):
     plan: Any
 
     def facts(self) -> Iterator[Fact]:
-        """The equations, their precision, why, and what is expected."""
+        """Yield the equations, their precision, the reasons, warnings and the expected time."""
         yield from plan_facts(self.plan)
         yield from (("warning", warning) for warning in self.plan.warnings)
         if self.plan.cost_s is not None and self.plan.states:
@@ -205,17 +205,12 @@ def classify_scene(scene: Scene) -> Classification:
     return Classification.of(scene, motion, summary, **more)
 
 
-def warnings_of(scene: Scene) -> tuple[str, ...]:
-    """What is to be said of a scene before anything is computed."""
-    return tuple(filter(None, (scene.top.warning, *scene.start.notices, _kick(scene))))
-
-
 def _kick(scene: Scene) -> str:
-    """What a kick would do that holds ω₃, where it is ψ̇ that is held."""
+    """Return the warning of a kick that holds ψ̇, with the tilts of one that holds ω₃; or ''."""
     top, start = scene.top, scene.start
     kicked = start.held == "psidot" and "steady" not in dict(start.given)
-    signs = start.spin.sign() and top.C.sign() and start.phidot.sign()
-    if not (kicked and signs) or float(start.theta) in (0.0, math.pi):
+    spins = start.spin.sign() and top.C.sign() and start.phidot.sign()
+    if not (kicked and spins) or float(start.theta) in (0.0, math.pi):
         return ""
     rates = {name: getattr(start, name) for name in ("theta", "thetadot", "phidot")}
     other = Motion(top, State(**rates, omega3=start.spin))
@@ -225,7 +220,7 @@ def _kick(scene: Scene) -> str:
 
 
 def plan_scene(scene: Scene, *, formulation: str = "auto", digits: int | None = None) -> Planned:
-    """Show how a scene would be integrated, why, and at what cost.
+    """Show how a scene would be integrated, why, and how long it would take.
 
     Nothing is integrated.
 
@@ -257,6 +252,7 @@ def plan_scene(scene: Scene, *, formulation: str = "auto", digits: int | None = 
 
 
 def _bounds(motion: Motion, name: str) -> list[Any] | None:
+    """Return proved decimal bounds of a number of the motion, a list of them of several numbers."""
     try:
         found = motion.interval(name, digits=BALL_DIGITS)
     except Unseparated:
@@ -270,7 +266,7 @@ def _bounds(motion: Motion, name: str) -> list[Any] | None:
 
 
 def verdict_facts(motion: Mapping[str, Any]) -> Iterator[Fact]:
-    """The kind of a motion, its tags, and why."""
+    """Yield the kind of a motion, its tags, and why."""
     yield "kind", f"{motion['kind']}, {'' if motion['certified'] else 'not '}proved"
     for label, name in (("tags", "tags"), ("tags undecided", "open_tags")):
         if motion.get(name):
@@ -279,7 +275,7 @@ def verdict_facts(motion: Mapping[str, Any]) -> Iterator[Fact]:
 
 
 def course_facts(motion: Mapping[str, Any]) -> Iterator[Fact]:
-    """Range of tilt, period, and means per period, of those there are."""
+    """Yield range of tilt, period, and means per period, as far as there are any."""
     theta, ends = quantity_of("theta"), [motion["theta_min"], motion["theta_max"]]
     if None not in ends:
         steady = ends[0] == ends[1]
@@ -292,7 +288,7 @@ def course_facts(motion: Mapping[str, Any]) -> Iterator[Fact]:
 
 
 def estimate_facts(estimates: Mapping[str, Any]) -> Iterator[Fact]:
-    """What textbooks give for a fast top, with their errors."""
+    """Yield textbook estimates for a fast top, with their errors."""
     for name, known in estimates.items():
         off = "" if known["error"] is None else f", off by {100 * known['error']:+.3g} %"
         of = quantity_of(ESTIMATED.get(name, name))
@@ -301,7 +297,7 @@ def estimate_facts(estimates: Mapping[str, Any]) -> Iterator[Fact]:
 
 
 def rate_facts(facts: Mapping[str, Any]) -> Iterator[Fact]:
-    """The rates of a motion and what else follows from its closed form."""
+    """Yield the rates of a motion and the facts of `SHOWN_FACTS`."""
     yield from numbers(facts, "omega3")
     for rate in ("phidot", "psidot"):
         if ends := {facts[f"{rate}_min"], facts[f"{rate}_max"]} - {None}:
@@ -310,7 +306,7 @@ def rate_facts(facts: Mapping[str, Any]) -> Iterator[Fact]:
 
 
 def plan_facts(plan: Mapping[str, Any]) -> Iterator[Fact]:
-    """A plan: the equations, their precision, and why."""
+    """Yield a plan: the equations, their precision, and the reasons."""
     how = [plan["formulation"]]
     if plan["states"]:
         tolerance = f"tolerance {float(plan['tolerance']):.3g}"
@@ -321,7 +317,7 @@ def plan_facts(plan: Mapping[str, Any]) -> Iterator[Fact]:
 
 
 def numbers(values: Mapping[str, Any], *names: str) -> Iterator[Fact]:
-    """Quantities that have a value, by their symbols, with their units."""
+    """Yield those quantities that have a value, with symbols and units."""
     for name in names:
         if values[name] is not None:
             yield quantity_of(name).symbol, quantity_of(name).with_unit(values[name])

@@ -33,7 +33,7 @@ SERIES: Final = ("energy", "phase_s", "axis", "p_phi", "p_psi")
 
 
 class Growth(NamedTuple):
-    """How an error grows: as a power of the time, or otherwise.
+    """How an error grows: the exponent of a power law, or a word.
 
     Attributes
     ----------
@@ -46,8 +46,8 @@ class Growth(NamedTuple):
     points : int
         How many times were fitted.
     word : str
-        What it does instead: ``bounded``, ``changes sign`` or ``lost``, where the last is None;
-        empty where none is sure.
+        Without an exponent ``bounded``, ``changes sign`` or ``lost`` (the last error is None);
+        empty where none of them is sure.
     """
 
     exponent: float | None
@@ -72,7 +72,7 @@ class Drift(Result):
     starts : tuple of mapping from str to float
         The initial conditions of every start, as doubles [rad, rad/s]; first the scene's own.
     methods : tuple of mapping
-        What was found of each, in the order asked: ``name``, ``formulation``, ``language``,
+        The results of each, in the order of the arguments: ``name``, ``formulation``, ``language``,
         ``setting``, ``us_per_period`` [µs] (None in its folder), mean ``steps`` of a run, why runs
         ``ended`` early by the number of the start, why it was ``skipped``; at ``periods`` (times
         in nutation periods of each run's own start) root mean squares over the starts of
@@ -108,11 +108,11 @@ class Drift(Result):
         return methods[name]
 
     def facts(self) -> Iterator[Fact]:
-        """What was asked, what the columns mean, what was skipped and why."""
+        """Yield what was run, the meanings of columns, what was skipped and why."""
         several = f"{self.ensemble} starts within {self.spread:.0%} (seed {self.seed}), RMS"
         starts = "the scene's start" if self.ensemble == 1 else several
-        gone = {x.name: max(x.periods, default=0) for x in self.methods if x.skipped is None}
-        short = ", ".join(f"{n} {x:.7g}" for n, x in gone.items() if x < self.periods - 2)
+        ends = {x.name: max(x.periods, default=0) for x in self.methods if x.skipped is None}
+        short = ", ".join(f"{n} {x:.7g}" for n, x in ends.items() if x < self.periods - 2)
         last = f"the last time{short and f' ({short} periods)'}"
         yield "drift", f"{self.periods:g} nutation periods, {starts}; errors at {last}"
         yield "time", f"{quantity_of('us_per_period').unit} a nutation period"
@@ -131,29 +131,29 @@ class Drift(Result):
                 yield each.name, f"{which}ended early: {why}"
 
     def tables(self) -> Iterator[Table]:
-        """The errors of every method at the last time."""
+        """Yield the table of the errors of every method at the last time."""
         about = {"name": quantity_of("scheme"), **{n: error_of(n) for n in ("energy", "axis")}}
         rows = [_last(each) for each in self.methods if each.skipped is None]
         timed = ["us_per_period"] * any(row["us_per_period"] for row in rows)
         yield Table(rows, ("name", *timed, *METHOD_COLUMNS), meanings=about)
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
-        """Own methods that were skipped, and runs that ended early."""
+        """Yield users' methods that were skipped, and runs that ended early."""
         yield from super().problems()
         for each in self.methods:
             for number, why in each.ended.items():
                 yield Exit.ENDED_EARLY, f"{each.name}, start {number}, ended early: {why}"
 
     def failures(self) -> Mapping[str, str]:
-        """Methods of one's own that were not run, and why."""
+        """Return users' methods that were not run, and why."""
         return {x.name: x.skipped for x in self.methods if x.skipped and ":" in x.name}
 
     def without_times(self) -> Mapping[str, Any]:
-        """The methods without the time of a period."""
+        """Return the methods without the time of a period."""
         return {"methods": [{**each, "us_per_period": None} for each in self.methods]}
 
     def timed(self, journal: Any) -> Drift:
-        """The same with the time of a period [µs], if the journal of its folder is its own.
+        """Return the result with the time of a period [µs], if a journal is that of this study.
 
         Parameters
         ----------
@@ -165,8 +165,8 @@ class Drift(Result):
         def us_per_period(method: Any) -> float | None:
             numbers = range(len(method.members))
             records = [journal.record(task_name(method.name, k)) for k in numbers]
-            gone = sum(each.last.checkpoint["periods"] for each in records if each.last.checkpoint)
-            return sum(each.seconds for each in records) / gone * 1e6 if gone else None
+            done = sum(each.last.checkpoint["periods"] for each in records if each.last.checkpoint)
+            return sum(each.seconds for each in records) / done * 1e6 if done else None
 
         timed = ({**each, "us_per_period": us_per_period(each)} for each in self.methods)
         return replace(self, methods=tuple(timed))
@@ -183,7 +183,7 @@ class Drift(Result):
         return {"errors": self.data_file}
 
     def numbers(self, *, members: bool = False) -> Table:
-        """The errors over time, a row for each method and each time.
+        """Return the errors over time, a row for each method and each time.
 
         Parameters
         ----------
@@ -250,17 +250,17 @@ def task_name(text: str, number: int) -> str:
 
 
 def errors_of(run: Any) -> dict[str, Sequence[float | None]]:
-    """The errors of a method, or of one of its runs, by their names."""
+    """Return the errors of a method, or of one of its runs, by name."""
     return {**{name: run[name] for name in SERIES}, **run["invariants"]}
 
 
 def error_names(runs: Iterable[Any]) -> list[str]:
-    """The names of the errors of methods or of runs."""
+    """Return the names of the errors of methods or of runs."""
     return [*dict.fromkeys(SERIES) | {name: None for run in runs for name in errors_of(run)}]
 
 
 def _last(method: Any) -> dict[str, Any]:
-    """The errors of a method at its last time, and how they grow."""
+    """Return the row of a method: its errors at the last time, and how they grow."""
     row = {"name": method.name, "us_per_period": method.get("us_per_period")}
     row |= {name: x[-1] for name, x in errors_of(method).items() if x}
     if method.periods and row["phase_s"] is None:
@@ -276,7 +276,7 @@ def _last(method: Any) -> dict[str, Any]:
 def growth(
     periods: Sequence[float], errors: Sequence[float | None], signs: Sequence[float | None] = ()
 ) -> Growth:
-    """Return the growth over the last three decades.
+    """Return the growth of errors over the last three decades of the time.
 
     Parameters
     ----------
@@ -331,9 +331,9 @@ def order_of(errors: Mapping[float, float | None]) -> float | None:
 
 
 def _power(points: Sequence[tuple[float, float]], least: int) -> tuple[float | None, float | None]:
-    """The power of x as which y grows, by least squares in logarithms, and its standard error.
+    """Return the exponent of a power law, fitted to logarithms, and its standard error.
 
-    None where there are fewer points, or they lie on no power law.
+    None where there are fewer than `least` points, or they follow no power law.
     """
     if len(points) < least:
         return None, None

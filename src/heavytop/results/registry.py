@@ -1,6 +1,6 @@
-"""Every kind of result, by the file it is written to: a new study is a row here.
+"""The table of all kinds of results, by the names of their files: a new study is a row here.
 
-Names alone, nothing is imported for them: the command line reads this before anything else.
+It has names alone and imports nothing: the command line reads it before anything else.
 """
 
 from __future__ import annotations
@@ -10,18 +10,18 @@ from typing import Final, NamedTuple
 
 
 class ResultEntry(NamedTuple):
-    """What belongs to a kind of result.
+    """A kind of result.
 
     Attributes
     ----------
     result : str
         Its class, as ``module:name``.
     command : str
-        The functions of its verb, which is called as the file is, as in `heavytop.cli`; the last is
-        that of a study.
+        The functions of its verb, as in `heavytop.cli`, the last that of a study; the verb has the
+        name of the file.
     reported : sequence of str, optional
-        What ``report SCENE`` gives that function: the scene, and texts; None where it calls none.
-        It gives `folder` and `progress` besides, where that takes them.
+        The arguments with which ``report SCENE`` calls that function: the scene, and texts; None
+        where it does not. `folder` and `progress` are added where the function has them.
     """
 
     result: str

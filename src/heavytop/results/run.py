@@ -1,4 +1,4 @@
-"""A run: what is known of its motion, the plan, the end, the events, the errors, and the cost."""
+"""The result of a run: motion, plan, end, events, errors, and cost."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FIRST_EVENTS: Final = 8  # rows shown at a terminal; the rest is counted
 EVENT_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
 AsNumber = Callable[[Any], float | str | None]
-"""How JSON has a number: as a text where it has more digits than a number surely holds."""
+"""A function to a number as JSON has it: a text, where it has more digits than that holds."""
 ERROR_NAMES: Final = (
     "theta", "phi", "psi", "axis", "rates", "energy", "event_time", "input_rounding"
 )  # fmt: skip
@@ -54,7 +54,7 @@ NO_COST: Final = {"steps": 0, **dict.fromkeys(TIMES, 0.0), "us_per_period": None
 
 
 class RunResult(classification.MotionResult):
-    """Everything a run has to say; where nothing is integrated, what is known without it.
+    """The result of a run; where nothing is integrated, what the closed form gives.
 
     Attributes
     ----------
@@ -65,12 +65,12 @@ class RunResult(classification.MotionResult):
     final : mapping or None
         The motion at the end.
     events : mapping
-        How many events there are of each kind, None where they are not asked for; the first of
-        them as ``table``, and how many are ``omitted`` from it. More than 15 digits are a text.
+        The number of events of each kind, None where they are not asked for; the first of them as
+        ``table``, and how many are ``omitted`` from it. More than 15 digits are a text.
     errors : mapping
         As in `heavytop.Errors`, with what is ``derived`` among the others.
     missed_digits : mapping from str to float
-        Wanted quantities that are farther off than the scene's digits allow.
+        Errors of wanted quantities that are larger than the scene's digits allow.
     missed_events : mapping from str to (int, int)
         The least and the greatest true number of the events that are miscounted.
     cost : mapping
@@ -78,9 +78,9 @@ class RunResult(classification.MotionResult):
     outcome : str
         One of `heavytop.errors.Outcome`.
     source : {"integrated", "closed form"}
-        What the end and the events are from.
+        From what the end and the events are.
     run : Trajectory or SceneMotion or None
-        What moves, if anything does; None where its file is not there.
+        The motion over the span; None where the scene does not want it, or its file is missing.
     """
 
     schema: ClassVar = "heavytop/run/1"
@@ -100,7 +100,7 @@ class RunResult(classification.MotionResult):
     run: Any = field(default=None, compare=False)
 
     def save_data(self, folder: Path) -> dict[str, str]:
-        """Write ``trajectory.nc``, or take away that of an earlier run, where nothing moves.
+        """Write ``trajectory.nc``, or remove that of an earlier run where there is no motion.
 
         Parameters
         ----------
@@ -113,12 +113,12 @@ class RunResult(classification.MotionResult):
         return {"trajectory": TRAJECTORY}
 
     def figures(self) -> Iterator[tuple[str, str, Callable[[], Any]]]:
-        """Those of the motion, if there is one."""
+        """Yield the figures of the motion, if there is one."""
         if self.run is not None:
             yield from import_module("heavytop.plots.figures").run_figures(self.run)
 
     def facts(self) -> Iterator[Fact]:
-        """What is known without integrating, the plan, the end, the errors and the cost."""
+        """Yield what is known without integrating, the plan, the end, the errors and the cost."""
         yield from super().facts()
         yield from classification.plan_facts(self.plan)
         yield from self.notes()
@@ -141,13 +141,13 @@ class RunResult(classification.MotionResult):
         yield "cost", ", ".join([f"{self.cost.steps} steps", *spent])
 
     def tables(self) -> Iterator[Table]:
-        """The events."""
+        """Yield the table of the events."""
         if self.events.table:
             yield event_table(self.events)
 
 
 def run_result(run: Trajectory | SceneMotion) -> RunResult:
-    """Return the result of a run; of a scene that nothing is integrated of what is known."""
+    """Return the result of a run, integrated or not."""
     from heavytop.run.trajectory import Trajectory
 
     scene, motion = run.scene, run.motion
@@ -172,12 +172,11 @@ def run_result(run: Trajectory | SceneMotion) -> RunResult:
 
 
 def _integration_facts(run: Trajectory) -> dict[str, Any]:
-    """What is known of a run because it was integrated."""
+    """Return the fields of the result of an integrated run."""
     from heavytop.run.verify import misses, run_errors
 
     arithmetic = math if run.in_doubles else run.ctx
-    few = run.in_doubles or run.scene.digits <= NUMBER_DIGITS
-    as_number: AsNumber = float if few else run.text
+    as_number: AsNumber = float if run.in_doubles or run.scene.digits <= NUMBER_DIGITS else run.text
     attitude = need_of(run.scene.quantities) >= Need.PSI
     errors, missed = asdict(run_errors(run)), misses(run)
     return {
@@ -194,13 +193,12 @@ def _integration_facts(run: Trajectory) -> dict[str, Any]:
 def _end_facts(
     run: Trajectory | SceneMotion, arithmetic: Any, as_number: AsNumber, *, attitude: bool
 ) -> dict[str, Any]:
-    """The motion at the end; whole turns of an angle and the rest by the pi of `arithmetic`."""
+    """Return the motion at the end; pi of whole turns is that of `arithmetic`."""
     names = ("t", *ANGLES, *RATES, "axis", "omega", "quaternion", *derived(run.scene.top))
     final: dict[str, Any] = {"quaternion": None}
     for name in [x for x in names if attitude or x != "quaternion"]:
         value = values_of(run.end, name, run.motion)
-        wide = quantity_of(name).parts
-        final[name] = tuple(map(as_number, value)) if wide else as_number(value)
+        final[name] = tuple(map(as_number, value)) if quantity_of(name).parts else as_number(value)
     for angle in ("phi", "psi"):
         turns, rest = split_turns(getattr(run.end, angle), arithmetic)
         final |= {f"{angle}_turns": turns, f"{angle}_mod": as_number(rest)}
@@ -208,7 +206,7 @@ def _end_facts(
 
 
 def split_turns(angle: Any, math: Any) -> tuple[int | None, Any]:
-    """Whole turns and the rest, by the pi and the floor of `math`."""
+    """Return whole turns and the rest of an angle, by the pi and the floor of `math`."""
     if angle != angle:
         return None, angle
     turns = int(math.floor(angle / (2 * math.pi)))
@@ -216,7 +214,7 @@ def split_turns(angle: Any, math: Any) -> tuple[int | None, Any]:
 
 
 def _events(run: Trajectory, as_number: AsNumber) -> dict[str, Any]:
-    """How many events there are of each kind, and the first of them as a table."""
+    """Return the number of events of each kind, and the first of them as a table."""
     events = run.events
     table = events.table(EVENT_ROWS)
     for name, values in (events.own or {}).items():  # with all the digits of the run
@@ -228,7 +226,7 @@ def _events(run: Trajectory, as_number: AsNumber) -> dict[str, Any]:
 
 
 def _cost(run: Trajectory) -> dict[str, Any]:
-    """Steps, and the time that each part of the work took."""
+    """Return the number of steps, and the time that each part of the work took."""
     spent, period = run.statistics, run.motion.period
     periods = abs(run.orbit.end) / float(period) if spent.whole and period else 0.0
     found = {name: getattr(spent, name) for name in ("steps", *TIMES)}
@@ -236,7 +234,7 @@ def _cost(run: Trajectory) -> dict[str, Any]:
 
 
 def event_table(events: Any) -> Table:
-    """The events, with as many digits as fit."""
+    """Return the table of the events, shown in as many digits as fit."""
     columns = {n: clean(row[n] for row in events.table) for n in ("t", "theta", "phi", "phidot")}
     rows = [
         {"event": row.kind, "residual": row.residual} | {n: x[k] for n, x in columns.items()}
@@ -246,7 +244,7 @@ def event_table(events: Any) -> Table:
 
 
 def clean(values: Iterable[Any]) -> list[float | None]:
-    """The numbers of a column, those that are rounding beside the largest as 0.
+    """Return the numbers of a column, with 0 for those within the rounding of the largest.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The result of a stress test: what became of every method at every case, and what it is called."""
+"""The result of a stress test: the outcome of every method at every case."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from heavytop.scene.quantities import QUANTITIES, Quantity
 
 AUTO: Final = "auto"
 WRONG_AXIS: Final = 0.1  # an error of the axis, of 2 at most
-MOST_LOST: Final = 2.0  # digits beyond the condition, of auto
+MOST_LOST: Final = 2.0  # digits beyond the condition, that auto may lose without a warning
 UNTOLD: Final = "?"
 UNDETERMINED: Final = "nothing-to-tell"
 UNTOLD_RULE: Final = "undetermined: conditioning leaves no digits, so that agreement is chance"
@@ -50,7 +50,7 @@ NO_RUN: Final[Mapping[str, Any]] = {
     "condition": None, "energy_error": None, "steps": None, "named": False, "untold": False,
     "turns": None, "plan": "", "note": "",
 }  # fmt: skip
-"""What is said of a run of which nothing more is known."""
+"""The row of a run, with the values of what is not known."""
 
 
 class Stress(Result):
@@ -120,7 +120,7 @@ class Stress(Result):
         }
 
     def facts(self) -> Iterator[Fact]:
-        """What the marks mean, what failed, what was skipped, and whether auto said all."""
+        """Yield the meanings of marks, what failed or was skipped, and where auto was wrong."""
         if self._runs_of_auto():
             wrong = ", ".join(run.case for run in self.silently_wrong) or "nowhere"
             yield AUTO, f"was silently wrong: {wrong}"
@@ -140,7 +140,7 @@ class Stress(Result):
         yield from (("skipped", text) for text in skipped_runs(self.skipped))
 
     def tables(self) -> Iterator[Table]:
-        """A row for each case with a column for each method."""
+        """Yield the table with a row for each case and a column for each method."""
         runs, used = group(self.cases, "case"), {run.method for run in self.cases}
         there = [case for case in self.hard if (case,) in runs]
         rows = [{"case": x} | {run.method: cell(run) for run in runs[(x,)]} for x in there]
@@ -148,7 +148,7 @@ class Stress(Result):
             yield Table(rows, ("case", *about), meanings=about)
 
     def failures(self) -> Mapping[str, str]:
-        """Methods of one's own that failed or were killed in every case, and how in the first."""
+        """Return users' methods that failed or were killed in every case, and how in the first."""
         bad = (StressOutcome.METHOD_ERROR, StressOutcome.TIME_LIMIT)
         ended = {x.method for x in self.cases if x.outcome not in bad}
         runs = group((*self.cases, *self.skipped), "method").items()
@@ -156,7 +156,7 @@ class Stress(Result):
         return {name: each.get("note") or each.reason for name, each in own.items()}
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
-        """Auto was silently wrong, or nothing was run."""
+        """Yield the cases at which auto was silently wrong, or that nothing was run."""
         yield from super().problems()
         for run in self.silently_wrong:
             why = f"auto was silently wrong at {run.case}: {run.outcome}, {run.note}"
@@ -164,13 +164,13 @@ class Stress(Result):
 
 
 def silently_wrong(run: Any) -> bool:
-    """Whether a run lost digits or events, or had none to lose, and did not say so."""
+    """Tell whether a run is wrong or undetermined and gave neither an error nor a warning."""
     lost = (run.digits_lost or 0.0) > MOST_LOST
     return not run.named and (lost or run.untold or run.outcome != StressOutcome.OK)
 
 
 def cell(run: Mapping[str, Any]) -> str:
-    """One run in a few letters: the digits it lost, and a mark where it failed.
+    """Return a run in a few letters: the digits it lost, and a mark where it failed.
 
     Examples
     --------
@@ -194,7 +194,7 @@ class StressCases(Result):
     methods: tuple[Any, ...]
 
     def facts(self) -> Iterator[Fact]:
-        """The cases: top, start, span and why each is hard; and the methods."""
+        """Yield the cases, with top, start, span and why each is hard; and the methods."""
         for case in self.cases:
             numbers = {n: x for n, x in (case.top | case.start).items() if x != "0"}
             yield case.name, f"{case.why}; {nonzero(numbers)}; {case.span}"

@@ -1,6 +1,6 @@
 """Rows and tables of results, and every way to show and store a table.
 
-What a number is stands in `heavytop.scene.quantities`.
+Symbols, units and formats of the columns are in `heavytop.scene.quantities`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderableType
 
 Fact = tuple[str, str]
-FAIL: Final = "FAIL"  # how the row of a claim begins that does not hold
+FAIL: Final = "FAIL"  # the first cell of a claim that does not hold
 ROW_STYLES: Final = {FAIL: "red"}
 FOLDED_AT: Final = 40  # letters of a cell: a longer text is folded at a terminal
 MOST_NAMED: Final = 100  # letters of names of rows, on one line
@@ -40,7 +40,7 @@ class Row(dict[str, Any]):
 
 
 def as_rows(value: Any) -> Any:
-    """A value as JSON holds it: objects as rows, lists as tuples, None for what is not finite."""
+    """Return a value as JSON has it: mappings as rows, lists as tuples, None for nan and inf."""
     if hasattr(value, "_asdict"):  # a named tuple
         value = value._asdict()
     if isinstance(value, Mapping):
@@ -60,18 +60,18 @@ class Table(NamedTuple):
     ----------
     rows : sequence of mapping from str to value
     columns : sequence of str
-        Keys of the rows, by which `heavytop.scene.quantities` says what they are.
+        Keys of the rows, which are names of quantities in `heavytop.scene.quantities`.
     title : str
     meanings : mapping from str to Quantity
-        Of the columns that mean something else than their names do elsewhere.
+        The quantities of columns whose names mean something else elsewhere.
     left : int
-        Of so many columns at the left the texts are not aligned to the right.
+        How many columns, the first ones, are aligned to the left.
     first : int or None
-        So many rows suffice at a terminal.
+        How many rows are shown at a terminal.
     more : int
-        How many rows there are beside.
+        How many rows are left out of `rows`.
     keys : sequence of str
-        The columns that tell rows apart.
+        The columns that distinguish rows.
     """
 
     rows: Sequence[Mapping[str, Any]]
@@ -85,14 +85,14 @@ class Table(NamedTuple):
 
     @classmethod
     def of_facts(cls, facts: Iterable[Fact]) -> Table:
-        """Labels, and what they say, as a table without headings."""
+        """Return labels and texts as a table without headings."""
         rows = [{"label": label, "text": text} for label, text in facts]
         headless = dict.fromkeys(("label", "text"), Quantity("", ""))
         return cls(rows, ("label", "text"), meanings=headless, left=2)
 
     @property
     def quantities(self) -> dict[str, Quantity]:
-        """What the columns are."""
+        """The quantities of the columns."""
         return {name: self.meanings.get(name) or quantity_of(name) for name in self.columns}
 
     @property
@@ -101,13 +101,13 @@ class Table(NamedTuple):
         return [of.heading for of in self.quantities.values()]
 
     def texts(self, digits: int = 17) -> list[list[str]]:
-        """The cells of the rows as a person reads them."""
+        """Return the cells of the rows as texts, with so many digits."""
         of = self.quantities
         return [[of[n].text(row.get(n), digits) for n in self.columns] for row in self.rows]
 
     @property
     def line(self) -> str:
-        """What its rows are, and from where to where the numbers of each column go.
+        """The table in a line: the names of its rows, and the range of the numbers in each column.
 
         >>> rows = [{"method": "a", "energy": 1e-9}, {"method": "b", "energy": 1e-7}]
         >>> Table(rows, ("method", "energy")).line
@@ -128,13 +128,13 @@ class Table(NamedTuple):
 
     @property
     def sides(self) -> list[Literal["left", "right"]]:
-        """To which side the columns are aligned."""
+        """The side to which each column is aligned."""
         return ["left" if k < self.left else "right" for k in range(len(self.columns))]
 
     def __rich_console__(
         self, console: Console, options: ConsoleOptions
     ) -> Iterator[RenderableType]:
-        """Fewer digits where it is narrow, then columns below the others; long texts folded."""
+        """Yield the table; on a narrow terminal with fewer digits, then in several parts."""
         from rich.table import Table as Grid
         from rich.text import Text
 
@@ -207,7 +207,7 @@ class Table(NamedTuple):
         return str(frame.rename(columns=heads).to_csv(index=False))
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A DataFrame; units and names in its attributes."""
+        """Return the table as a DataFrame, with units and names in its attributes."""
         import pandas
 
         found = pandas.DataFrame([*self.rows], columns=[*self.columns]).infer_objects()
@@ -217,7 +217,7 @@ class Table(NamedTuple):
         return found.set_index([*self.keys]) if self.keys else found
 
     def to_xarray(self) -> xarray.Dataset:
-        """A Dataset over the columns that tell rows apart, nan where there is no row."""
+        """Return the table as a Dataset over `keys`, nan where there is no row."""
         found: xarray.Dataset = self.to_pandas().to_xarray()
         for name, of in self.quantities.items():
             found[name].attrs = of.attributes

@@ -1,4 +1,4 @@
-"""The result of a validation: what is claimed, and what was measured."""
+"""The result of a validation: claims, and what was measured."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from heavytop.results.base import Result, group
 from heavytop.results.table import FAIL, Fact, Table
 from heavytop.scene.quantities import QUANTITIES, Quantity
 
-# as an authority: of the claims that a script states of itself
-THIS_PROJECT: Final = "this project"
+THIS_PROJECT: Final = "this project"  # the authority of claims that have no outside one
 VERDICTS: Final = {True: "ok", False: FAIL, None: "skip"}
 MEANINGS: Final = {"verdict": Quantity("", ""), "statement": Quantity("claim", ""),
                    "bound": QUANTITIES["claim_bound"]}  # fmt: skip
@@ -20,14 +19,14 @@ CLAIM_COLUMNS: Final = ("verdict", "statement", "numbers", "measured", "bound")
 
 
 class Validation(Result):
-    """The claims that were looked at.
+    """The claims that were measured.
 
     Attributes
     ----------
     asked : tuple of str
-        The names that were asked for; none where all registered claims were.
+        The names that were given; empty where all registered claims were measured.
     proofs : bool
-        Whether all was asked for that scripts claim on their own authority.
+        Whether the claims of this project's own authority were measured too.
     claims : tuple of mapping
         In the order of their scripts, of which they have ``id``, ``statement``, ``authority``,
         ``numbers``, ``bound``, ``reason``, ``script``, ``holds`` and ``needs``. ``measured`` is
@@ -46,12 +45,12 @@ class Validation(Result):
 
     @property
     def failed(self) -> tuple[Any, ...]:
-        """What does not hold."""
+        """The claims that do not hold."""
         return tuple(each for each in self.claims if each["passed"] is False)
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many hold, do not hold, and were skipped."""
+        """The numbers of claims that hold, do not hold, and were skipped."""
         found = Counter(each["passed"] for each in self.claims)
         return {"passed": found[True], "failed": found[False], "skipped": found[None]}
 
@@ -61,7 +60,7 @@ class Validation(Result):
         return super().document() | {"counts": self.counts, "authorities": len(authorities)}
 
     def facts(self) -> Iterator[Fact]:
-        """How many claims hold; what went wrong or was skipped, and why."""
+        """Yield how many claims hold; what went wrong or was skipped, and why."""
         yield "claims", ", ".join(f"{count} {word}" for word, count in self.counts.items())
         yield "", "a claim holds if the measured number is at most its bound"
         for claim in self.claims:
@@ -71,13 +70,13 @@ class Validation(Result):
                 yield claim["id"], claim["failure"] or "out of its bound"
 
     def tables(self) -> Iterator[Table]:
-        """For each authority its claims."""
+        """Yield for each authority the table of its claims."""
         for (authority,), claims in group(self.claims, "authority").items():
             rows = [{"verdict": VERDICTS[each["passed"]], **each} for each in claims]
             yield Table(rows, CLAIM_COLUMNS, authority, MEANINGS, left=3)
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
-        """The claims that do not hold."""
+        """Yield the claims that do not hold."""
         for claim in self.failed:
             why = f": {claim['failure']}" if claim["failure"] else ""
             yield Exit.OUT_OF_BOUND, f"{claim['id']} does not hold{why}"

@@ -1,4 +1,4 @@
-"""A work–precision diagram: points, the fronts that none beats, and who is cheapest."""
+"""The result of a work–precision diagram: points, Pareto front, the cheapest methods."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TARGETS: Final = {"1e-6": 1e-6, "1e-9": 1e-9, "1e-12": 1e-12}
 ERROR_KEYS: Final = {
     "axis": "axis_error", "theta": "theta_error", "phase": "phase_error", "energy": "energy_error"
 }  # fmt: skip
-"""What is measured, and the key of its error."""
+"""The quantities whose errors are measured, and the keys of these."""
 LEADER_KEYS: Final = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
 POINT_COLUMNS: Final = ("method", "order", *TARGETS, "error", "of", "us_per_period", "setup_s")
 FRONT: Final = ("method", "setting", "us_per_period", "error")
@@ -30,7 +30,7 @@ BESTS: Final = {name: TIME_AT._replace(symbol=name) for name in TARGETS} | {
 
 
 class WorkPrecision(Result):
-    """What every method costs for what it attains.
+    """The time and the error of every method at each setting.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class WorkPrecision(Result):
     periods : float
         Nutation periods to go.
     phase : float
-        Where the error is looked at [nutation periods from the start]: at no turning point.
+        The time at which the error is measured [nutation periods], not a turning point.
     budget : float
         Time that was allowed [s].
     points : tuple of mapping
@@ -56,7 +56,7 @@ class WorkPrecision(Result):
         to max(|E'|, gMR); ``setup_s``, to compile [s]; how often a method of one's
         own ``warned``.
     skipped : tuple of mapping
-        The ``method`` and ``setting`` of what gave no point, and the ``reason``.
+        The ``method``, the ``setting`` and the ``reason`` of settings without a point.
     """
 
     schema: ClassVar = "heavytop/workprec/1"
@@ -75,7 +75,7 @@ class WorkPrecision(Result):
     def front(self) -> tuple[int, ...]:
         """Indices of the points that none beats in time and error of the axis, fastest first.
 
-        Of theta, where no point has an axis.
+        Where no point has an axis the error is that of theta.
         """
         return front(self.points, self._error)
 
@@ -107,7 +107,7 @@ class WorkPrecision(Result):
         }
 
     def facts(self) -> Iterator[Fact]:
-        """How it was measured; what was left out and why."""
+        """Yield how it was measured; what was left out and why."""
         yield "runs", f"{self.periods:g} nutation periods, all methods interleaved in one process"
         yield "times", "µs a period to reach this error; then the least error, and its time"
         yield "errors", "of the axis, or of θ [rad], where the states give no axis"
@@ -118,7 +118,7 @@ class WorkPrecision(Result):
         yield from (("left out", text) for text in skipped_runs(self.skipped))
 
     def tables(self) -> Iterator[Table]:
-        """A row for each method; the fronts; who is cheapest, and who of the other side is next."""
+        """Yield tables of all methods, of the front, and of the cheapest methods on either side."""
         yield Table([*summaries(self.points)], POINT_COLUMNS, meanings=BESTS)
         side = quantity_of(self._error).symbol
         if rows := [self.points[i] for i in self.front]:
@@ -131,18 +131,19 @@ class WorkPrecision(Result):
             yield _point_table(leaders, LEADERS, f"cheapest, {side}")
 
     def failures(self) -> Mapping[str, str]:
-        """Methods of one's own that have no point, and why their first setting has none."""
+        """Return users' methods that have no point, and why their first setting has none."""
         measured = {point.method for point in self.points}
         skipped = group(self.skipped, "method").items()
         return {n: x.reason for (n,), (x, *_) in skipped if ":" in n and n not in measured}
 
     @property
     def _error(self) -> str:
+        """The key of the error of the axis, or of theta where no point has an axis."""
         axis = any(point["measures"] == "axis" for point in self.points)
         return "axis_error" if axis else "theta_error"
 
     def _leader(self, points: Sequence[Any], bound: float | None = None) -> Any:
-        """What is said of the fastest point within a bound, or of the best; None of none."""
+        """Return the fastest point within a bound, or the most accurate one, as the JSON has it."""
         if bound is None:
             bound = min((error_of_point(p, self._error) for p in points), default=math.inf)
         if (point := fastest(points, self._error, bound)) is None:
@@ -151,7 +152,10 @@ class WorkPrecision(Result):
         return known | {"error": point["error"], "point": self.points.index(point)}
 
     def _leaders(self) -> dict[str, Any]:
-        """Who is cheapest within each target, with the best of the other side; the best."""
+        """Return the cheapest within each target, beside the other side's; and the most accurate.
+
+        The sides are the Taylor integrator and its rivals.
+        """
         found = dict[str, Any]()
         for target, bound in TARGETS.items():
             found[target] = first = self._leader(self.points, bound)
@@ -171,7 +175,7 @@ def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
     ----------
     points : sequence of mapping
     error : str
-        One of the values of `ERROR_KEYS`; who has none takes no part.
+        One of the values of `ERROR_KEYS`; points without it are left out.
     """
     off = [error_of_point(point, error) for point in points]
     rank = [(p["us_per_period"], x, p["method"]) for p, x in zip(points, off, strict=True)]
@@ -189,7 +193,7 @@ def fastest(points: Sequence[Any], error: str, bound: float) -> Any:
 
 
 def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
-    """A row for each method: its least time within each of `TARGETS`, and its least error.
+    """Yield a row for each method: its least time within each of `TARGETS`, and its least error.
 
     Parameters
     ----------
@@ -206,19 +210,19 @@ def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
 
 
 def _point_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str], title: str) -> Table:
-    """A table of some points, with their settings in words."""
+    """Return a table of some points, with their settings in words."""
     return Table([{**row, "setting": setting(row)} for row in rows], columns, title)
 
 
 def setting(point: Mapping[str, Any]) -> str:
-    """The setting of a point in words."""
+    """Return the setting of a point in words."""
     if point["tolerance"] is not None:
         return f"{point['tolerance']:.2g}"
     return f"{point['steps_a_period']:g} steps a period"
 
 
 def error_of_point(point: Mapping[str, Any], error: str) -> float:
-    """An error of a point by one of the keys of `ERROR_KEYS`; infinity where it has none."""
+    """Return an error of a point by one of the values of `ERROR_KEYS`; infinity without one."""
     of_axis = point["error"] if point.get("measures") == "axis" else None
     off = point.get(error, of_axis)
     return math.inf if off is None else float(off)

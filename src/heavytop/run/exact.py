@@ -125,9 +125,8 @@ class SceneMotion(Run):
         """Decimal digits that leave φ and ψ, less their whole turns, with those of the scene."""
         rate = self.motion.rate
         turned = (1 + abs(self.span) * rate) * (1 + rate)
-        return min(
-            self.scene.digits + END_SPARE_DIGITS + math.ceil(math.log10(turned)), MOST_DIGITS
-        )
+        spare = END_SPARE_DIGITS + math.ceil(math.log10(turned))
+        return min(self.scene.digits + spare, MOST_DIGITS)
 
     @cached_property
     def end(self) -> Any:

@@ -1,7 +1,7 @@
-"""Certificates: proved bounds of the error of a run in doubles, over all of its times.
+"""Certificates: proved bounds of the error of a run in doubles, at all times.
 
-A certificate is a study: its tasks are parts of the run, each of some blocks of steps, which are
-integrated again and must lead to the same bits as before.
+A certificate is a study. Its tasks are parts of the run, each of some blocks of steps, which are
+integrated again and must give the same bits as before.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import check_how
 
 KIND: Final = "certificate"
-RUN_PARTS: Final = 64  # of a run: what may be done at the same time
-BLOCKS_A_CHUNK: Final = 16  # done at a time: each of them would be stored
-LONG: Final = 4_000_000  # steps, of which a few more take little time
-SMALLEST: Final = 1e-6  # rad: a nutation that a run in doubles can have events of
-TURNS_LOST: Final = 1.0  # rad: angles farther off than this do not tell their turns
+RUN_PARTS: Final = 64  # of a run, at most: tasks that may be done at the same time
+BLOCKS_A_CHUNK: Final = 16  # between two checkpoints
+LONG: Final = 4_000_000  # steps of a run in which errors are looked for in every part
+SMALLEST: Final = 1e-6  # rad: the least nutation of which doubles resolve the events
+TURNS_LOST: Final = 1.0  # rad: with a larger bound whole turns are not proved
 
 
 def certify(
@@ -124,9 +124,9 @@ def certify(
 
 
 def run_in_doubles(scene: Scene) -> Trajectory:
-    """Run a scene as auto does, but in a form and in doubles that a certificate can be made of.
+    """Run a scene as auto does, but in doubles and in a form that can be certified.
 
-    However long the steps take, they are taken.
+    It is run however long the steps take.
     """
     chosen = plan(scene)
     if chosen.precision != "double" and scene.digits > DOUBLE_DIGITS:
@@ -139,7 +139,7 @@ def run_in_doubles(scene: Scene) -> Trajectory:
 
 
 def certificate_parameters(trajectory: Trajectory) -> Parameters:
-    """Return what is asked of a certificate, as JSON.
+    """Return the parameters of a certificate, for JSON.
 
     Raises
     ------
@@ -153,8 +153,8 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
     orbit, exact = trajectory.orbit, trajectory.binary_motion.closed_form
     own = binary_run(trajectory, exact.period)
     width = len(own.start)
-    seen, kept = orbit.at(orbit.samples.t).states, orbit.samples.states
-    if not np.array_equal(seen[:, :width], kept[:, :width], equal_nan=True):
+    again, stored = orbit.at(orbit.samples.t).states, orbit.samples.states
+    if not np.array_equal(again[:, :width], stored[:, :width], equal_nan=True):
         raise ForeignFile(f"{trajectory.scene.name}: integrated again, its samples are others")
     run = asdict(own)
     own, flow = _prepare(json.dumps(run, sort_keys=True))
@@ -181,7 +181,7 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
 
 
 def why_not(trajectory: Trajectory) -> str:
-    """Return why there is no certificate of a trajectory, or nothing."""
+    """Return why a trajectory cannot be certified; empty where it can."""
     chosen = trajectory.plan
     if trajectory.outcome is not Outcome.FINISHED:
         return f"the run ended early ({trajectory.outcome}): only a whole one is certified"
@@ -196,34 +196,34 @@ def why_not(trajectory: Trajectory) -> str:
 
 
 def _rounding(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, float]:
-    """Return how far quantities are off by being put together of turns and a rest.
+    """Return the rounding of angles when whole turns and the uniform spin are added; 0 of others.
 
-    Those of which there is no bound are left out.
+    Angles without a bound are left out.
     """
     rounding = dict.fromkeys(("axis", "theta"), 0.0)
     with suppress(TooCoarse):
         rest = CERTIFIED[own.formulation].rest
         phi = UNIT * flow.largest_angle + rest
         uniform = rest + 4 * UNIT * abs(own.constants["kappa"] * own.end)
-        known = {"phi": phi, "psi": phi + uniform}
-        rounding |= {name: known[name] for name in _followed_angles(trajectory)}
+        of_angles = {"phi": phi, "psi": phi + uniform}
+        rounding |= {name: of_angles[name] for name in _followed_angles(trajectory)}
     return rounding
 
 
 def _followed_angles(trajectory: Trajectory) -> list[str]:
-    """Return the angles with turns that a run has, as far as there are bounds of them."""
+    """Return those of phi and psi that a run follows and that can be bounded."""
     names = CERTIFIED[trajectory.plan.formulation].angles
     return [name for name in names if getattr(trajectory, name) is not None]
 
 
 def _start_errors(trajectory: Trajectory, own: BinaryRun) -> dict[str, float]:
-    """Return how far the tilt at time 0, which is the scene's, is from that of the state.
+    """Return the errors of the start: of the tilt, and of the length of the axis, 1 if exact.
 
-    Beside it stands how far the axis is from length one, which it has in the exact motion.
+    The trajectory gives the scene's tilt at time 0, not that of the state.
     """
     start = np.array([own.start[: len(own.core.states)]])
     tilt = sample(own.core, start, trajectory.orbit.parameters, np.zeros(1)).theta[0]
-    # the axis, or a quaternion, the square of which it is long
+    # the axis, or a quaternion, whose square is the length of the axis
     axis = own.start[: CERTIFIED[own.formulation].read]
     square = sum((Fraction(x) ** 2 for x in axis), Fraction(-1))
     off = abs(float(trajectory(0.0).theta - tilt))
@@ -231,17 +231,17 @@ def _start_errors(trajectory: Trajectory, own: BinaryRun) -> dict[str, float]:
 
 
 def _turns(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, bool]:
-    """Return which angles have the turns of the exact motion, at all samples of a run."""
-    seen, turns = trajectory.samples, dict.fromkeys(_followed_angles(trajectory), False)
+    """Return for each angle whether it has the turns of the exact motion at all samples."""
+    samples, turns = trajectory.samples, dict.fromkeys(_followed_angles(trajectory), False)
     with suppress(TooCoarse):
-        near = flow.angles_near(seen.t * own.integrator.pace)
+        near = flow.angles_near(samples.t * own.integrator.pace)
         for name in turns:
-            turns[name] = bool(np.all(np.abs(getattr(seen, name) - near[name]) < math.pi))
+            turns[name] = bool(np.all(np.abs(getattr(samples, name) - near[name]) < math.pi))
     return turns
 
 
 def _match_events(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, Any]:
-    """Hold turning points and reversals of a run against those of the exact motion."""
+    """Compare turning points and reversals of a run with those of the exact motion."""
     pace, events, motion = own.integrator.pace, trajectory.events, trajectory.motion
     found: dict[str, Any] = {}
     for event in ("turning", "reversal"):
@@ -258,9 +258,9 @@ def _match_events(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[st
 def _floor(
     trajectory: Trajectory, own: BinaryRun, flow: Flow, rounding: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return errors that are found near the end: no smaller bound is of use anywhere.
+    """Return errors found near the end, below which bounds need not be refined anywhere.
 
-    In long runs they are looked for where each part begins, too.
+    In long runs they are looked for at the beginning of each part, too.
     """
     orbit, exact = trajectory.orbit, dict.fromkeys(rounding, 0.0)
     points = orbit.checkpoints
@@ -317,24 +317,25 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
 
 
 def complete(journal: Journal, **how: Any) -> Certificate:
-    """Do what is left, and return the certificate."""
+    """Run the tasks that are left, and return the certificate."""
     run(journal, **how)
     return collect(journal)
 
 
 def _as_json(point: Checkpoint, width: int) -> dict[str, Any]:
+    """Return a checkpoint for JSON, with the first `width` states."""
     return {"time": [*point.time], "state": point.state[:width].tolist(), "steps": point.steps}
 
 
 def _largest(values: Sequence[float | None]) -> float | None:
-    """Return the largest of some bounds: none, where one of them is none or infinite."""
+    """Return the largest of some bounds; None where one of them is None or infinite."""
     numbers = [x for x in values if x is not None and math.isfinite(x)]
     return max(numbers, default=0.0) if len(numbers) == len(values) else None
 
 
 @lru_cache(maxsize=2)
 def _prepare(key: str) -> tuple[BinaryRun, Flow]:
-    """Return a run, and the exact motion of its numbers."""
+    """Return the run of a JSON text, and the exact motion of its numbers."""
     own = BinaryRun(**json.loads(key))
     with _expect_accurate():
         return own, own.flow()
@@ -342,7 +343,7 @@ def _prepare(key: str) -> tuple[BinaryRun, Flow]:
 
 @contextmanager
 def _expect_accurate() -> Iterator[None]:
-    """Refuse a run whose exact motion turns out to be not known well enough."""
+    """A block in which failing arithmetic means that the exact motion is not known well enough."""
     try:
         yield
     except (ArithmeticError, ValueError) as error:
@@ -353,7 +354,7 @@ def _expect_accurate() -> Iterator[None]:
 
 
 def collect(journal: Journal) -> Certificate:
-    """Return the certificate that all parts of a run add up to."""
+    """Return the certificate of a run from all of its parts."""
     asked, rows = journal.parameters, list[dict[str, Any]]()
     for task in tasks(asked):
         if failed := journal.record(task).last.failed:

@@ -170,9 +170,7 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     if name == "kind":
         brackets = [*_find_zeros(motion_at, points, wanted)]
         if not brackets:
-            brackets, holds = _find_ends(
-                lambda x: 1.0 if kind_of(motion_at(x)) == wanted else -1.0, points
-            )
+            brackets, holds = _find_ends(lambda x: (kind_of(motion_at(x)) == wanted) - 0.5, points)
         kinds = {kind for x in points if (kind := kind_of(motion_at(x)))}
         instead = f": there are {', '.join(sorted(kinds))}"
     else:
@@ -373,11 +371,9 @@ def read_range(text: Any) -> tuple[str, Exact, Exact, int]:
         raise Refused("KEY=A:B or KEY=A:B:N of a number of top or start: start.psidot=10:400 rpm")
     table, name, *ends, number = parts.groups()
     homes = {key: home for home in ("top", "start") for key in TABLES[home]}
-    names = [key for key in homes if key in QUANTITY_READERS and table in (None, homes[key])]
-    if name not in names:
-        raise Refused(
-            f"a number of the {table or 'scene'}: {', '.join(names)}", nearest(name, names)
-        )
+    keys = [key for key in homes if key in QUANTITY_READERS and table in (None, homes[key])]
+    if name not in keys:
+        raise Refused(f"a number of the {table or 'scene'}: {', '.join(keys)}", nearest(name, keys))
     first, last = sorted(map(QUANTITY_READERS[name], of_one_unit(*ends)), key=float)
     if len(number or "") > len(str(MOST_POINTS)) or not 1 <= int(number or 1) <= MOST_POINTS:
         raise Refused(f"1 to {MOST_POINTS} points")

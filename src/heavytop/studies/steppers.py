@@ -184,10 +184,13 @@ class TaylorStepper(Stepper):
 
     def block(self, at: StepperState) -> StepperState:
         """Take a block of natural steps, as `Stepper` says."""
-        done = self._block(at)
-        if done.singular:
-            raise IntegrationFailed(f"singular, or overflow, after {done.end.steps} steps")
-        return self._state(done.end)
+        block = self._block(at)
+        if block.singular:
+            raise IntegrationFailed(f"singular, or overflow, after {block.end.steps} steps")
+        end = block.end
+        (high, low), first = end.time, float(end.time[0])
+        time = first, float(high - self.taylor.engine.number(first) + low)
+        return StepperState(time, as_stored(end.state), as_stored(end.time), end.steps, end.steps)
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states at times in the block after a state, as `as_stored` has them."""
@@ -196,15 +199,11 @@ class TaylorStepper(Stepper):
         return np.array([as_stored(row) for row in self._block(at, wanted).samples.states])
 
     def _block(self, at: StepperState, samples: Array = NEVER) -> Block:
+        """Return the block of steps from a state."""
         number = self.taylor.engine.number
         high, low = map(number, at.carry)
         start = Checkpoint((high, low), np.array([number(x) for x in at.state]), at.steps)
         return self.taylor.block(start, start.block_steps, self.far, samples)
-
-    def _state(self, at: Checkpoint) -> StepperState:
-        (high, low), first = at.time, float(at.time[0])
-        time = first, float(high - self.taylor.engine.number(first) + low)
-        return StepperState(time, as_stored(at.state), as_stored(at.time), at.steps, at.steps)
 
 
 def as_stored(numbers: Iterable[Any]) -> tuple[Any, ...]:

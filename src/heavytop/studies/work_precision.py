@@ -1,4 +1,4 @@
-"""Work and precision: what each digit costs, by every method, timed in turn in one process."""
+"""Work–precision diagrams: time and error of methods over grids of settings, in one process."""
 
 from __future__ import annotations
 
@@ -32,12 +32,11 @@ from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut, stop_sign
 BUDGET_S: Final = 240.0
 ROUNDS: Final = "rounds"  # the task of timing again
 WORK_LIMITS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
-# the scene's own and neighbouring ones, the same for every method and setting
-NEIGHBOURS: Final = 8
-RUN_LIMITS: Final = 240  # in a budget, but a second at least: what a run may take
+NEIGHBOURS: Final = 8  # starts, the scene's own among them, the same for every method and setting
+RUN_LIMITS: Final = 240  # a run may take this part of the budget, or a second
 REPEATS: Final = 3  # rounds after the first
-REPEATS_S: Final = 0.5  # for one setting: what takes longer is repeated in one round only
-SHORT_RUN_S: Final = 0.01  # a run that is shorter is made twice: the first finds caches cold
+REPEATS_S: Final = 0.5  # a setting is repeated in further rounds while these took less
+SHORT_RUN_S: Final = 0.01  # a shorter run is made twice: the first finds caches cold
 
 Report = Callable[[Progress], object]
 
@@ -65,7 +64,7 @@ def work_precision(
     folder: str | os.PathLike[str] | None = None,
     progress: Callable[[Progress], object] | None = None,
 ) -> WorkPrecision:
-    """Measure what methods cost and what they attain, over a grid of settings.
+    """Measure the time and the error of methods over a grid of settings.
 
     All settings are run in turn, from the scene's own start and then from each of seven
     neighbouring ones, in several rounds; points are medians over the starts. Time is that in the
@@ -130,13 +129,13 @@ def work_precision(
 
 
 def tasks(parameters: Parameters) -> list[str]:
-    """Return the names of the runs, each a setting from a start, and that of the rounds."""
+    """Return the names of the tasks: a setting from a start, and `ROUNDS`."""
     texts = dict.fromkeys(each.text for each in _requested(parameters))
     return [*(f"{text}/{start}" for text in texts for start in range(NEIGHBOURS)), ROUNDS]
 
 
 def _requested(parameters: Parameters) -> list[MethodEntry]:
-    """Return all that the names of a diagram ask for, each once."""
+    """Return all methods, with settings, of a diagram, each once."""
     scene, periods = scene_of(parameters["scene"]), parameters["periods"]
     every = (settings(text, scene, periods) for text in parameters["methods"])
     return list(dict.fromkeys(chain.from_iterable(every)))
@@ -145,7 +144,7 @@ def _requested(parameters: Parameters) -> list[MethodEntry]:
 def complete(
     journal: Journal, *, budget: float | None = None, on_progress: Report | None = None, **_: Any
 ) -> WorkPrecision:
-    """Measure what is left and for which there is time, in this process, and return the result."""
+    """Measure in this process what is left, as the budget allows, and return the result."""
     began, parameters = clock(), journal.parameters
     budget, asked = keep_budget(journal, budget, BUDGET_S), _requested(parameters)
 
@@ -170,11 +169,12 @@ def complete(
 
 
 class Rounds:
-    """Runs of settings in turn, from one start after the other, in rounds: all feel what disturbs.
+    """Runs of all settings in turn, from one start after the other, in several rounds.
 
-    Of each method the loosest setting comes first, then the next one of each. The first round shows
-    errors; slow settings are in no more than two. What runs gave is in `rows`; a setting that fails
-    from one start has none, and `refused` says why.
+    Whatever disturbs the timing so disturbs all of them. First comes the loosest setting of each
+    method, then the next one of each. The first round measures errors too; slow settings are in at
+    most two rounds. `rows` has the results; a setting that fails from one start has none, and
+    `refused` says why.
     """
 
     def __init__(
@@ -195,7 +195,7 @@ class Rounds:
         self.ready = cache(lambda start, each: set_up(self.starts[start], each))
 
     def take(self, show: Callable[[float], object]) -> None:
-        """Take all rounds, unless their times are stored."""
+        """Do all rounds, unless their times are stored."""
         stored, count = self.journal.record(ROUNDS).ended, (1 + REPEATS) * len(self.turns)
         for done, (turn, place) in enumerate(product(range(1 + REPEATS), self.turns)):
             show(done / count)
@@ -212,6 +212,7 @@ class Rounds:
                     row["seconds"] = known[each.text][str(start)]
 
     def _first(self, start: int, each: MethodEntry) -> None:
+        """Do the first run of a setting from a start, or read it from the journal."""
         known, task, late = self.rows[each], f"{each.text}/{start}", clock() > self.deadline
         if self.journal.record(task).ended:
             [known[start]] = self.journal.rows(task)
@@ -238,36 +239,38 @@ class Rounds:
         self.journal.append(task, Chunk(rows=[known[start]], done=True))
 
     def _expect_return(self, each: MethodEntry) -> None:
-        """Let a method of one's own go first in a process that can be killed, if that can load it.
+        """Try a user's method in a process that can be killed, where that can load it.
 
-        It may take half of the time that is left to get ready: others want some too.
+        Setting it up may take half of the time that is left: others need some too.
         """
-        if mine := user.origins([each.name]):
+        if own := user.origins([each.name]):
             ready_s = min(SET_UP_S, max(self.limit, (self.deadline - clock()) / 2))
-            asked = self.starts[0], each.text, mine, self.periods, self.limit
-            TIMED_WORKER.call(_try, *asked, timeout=ready_s + 2 * self.limit)
+            arguments = self.starts[0], each.text, own, self.periods, self.limit
+            TIMED_WORKER.call(_try, *arguments, timeout=ready_s + 2 * self.limit)
 
     def _repeat(self, start: int, each: MethodEntry, turn: int) -> None:
+        """Time a run again, twice if it is short, while its setting and the budget have time."""
         spent = (turn - 1) * sum(row["seconds"][0] for row in self.rows[each].values())
         if start in self.rows[each] and spent <= REPEATS_S and clock() <= self.deadline:
             for _ in range(1 if self.rows[each][start]["seconds"][0] > SHORT_RUN_S else 2):
                 self._time(start, each)
 
     def _time(self, start: int, each: MethodEntry) -> None:
+        """Do a run and keep its time."""
         run, end = self.ready(start, each), watch_times(self.periods)[-1]
         *_, seconds = deque(walk(run, end), maxlen=1).pop()
         self.rows[each][start]["seconds"].append(seconds)
 
 
-def _try(scene: Scene, text: str, mine: user.Origins, periods: float, limit: float) -> None:
-    """In a worker: run a method once; what it raises is raised again where it is measured."""
-    user.load(mine)
+def _try(scene: Scene, text: str, own: user.Origins, periods: float, limit: float) -> None:
+    """In a worker: run a method once; where it fails it fails again when it is measured."""
+    user.load(own)
     with suppress(IntegrationFailed):
         deque(walk(set_up(scene, method(text)), watch_times(periods)[-1], limit), maxlen=0)
 
 
 def watch_times(periods: float) -> list[float]:
-    """When the motion is looked at: at the last time for its errors, before lest a phase be lost.
+    """Return the times of a run [nutation periods]: the last for its error, others for its phase.
 
     >>> [round(n, 3) for n in watch_times(10)]
     [0.618, 1.618, 3.618, 7.618, 9.618]
@@ -276,9 +279,9 @@ def watch_times(periods: float) -> list[float]:
 
 
 def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
-    """Return what a run of so many nutation periods gives, for JSON: errors, costs, seconds.
+    """Run over so many nutation periods, and return errors, costs and seconds, for JSON.
 
-    It fails where it is not there after `limit` seconds, or its numbers are no longer finite.
+    It fails where it takes more than `limit` seconds, or its numbers are no longer finite.
     """
     stepper: Any = run.stepper
     every, last, seconds = advance(run, watch_times(periods), limit)
@@ -301,7 +304,7 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
 
 
 def _point(each: MethodEntry, runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return the medians and spreads over the starts; the first is the scene's own."""
+    """Return the point of a setting: medians and spreads over the starts, the scene's own first."""
     costs = [min(run["seconds"]) / run["periods"] * 1e6 for run in runs]
     errors = {name: [run[name] for run in runs] for name in ERROR_KEYS.values()}
     medians = {name: None if None in x else median(x) for name, x in errors.items()}
@@ -328,11 +331,13 @@ def _point(each: MethodEntry, runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _skip(each: MethodEntry, reason: str) -> dict[str, Any]:
+    """Return the row of a setting that gave no point."""
     setting = {each.set_by: each.setting}
     return {"method": each.name, "setting": setting, "rival": each.is_rival, "reason": reason}
 
 
 def _spread(values: Sequence[float]) -> float:
+    """Return the distance between the quartiles; 0 of one value."""
     if len(values) < 2:
         return 0.0
     lower, _, upper = quantiles(values, n=4, method="inclusive")
