@@ -94,9 +94,8 @@ class Method:
     @property
     def solves(self) -> bool:
         """Whether it is a solver, not a step."""
-        if self.solver is not None:
-            return self.solver
-        return bool({"t_span", "y0"} & self._arguments.keys())
+        has_solver_arguments = bool({"t_span", "y0"} & self._arguments.keys())
+        return has_solver_arguments if self.solver is None else self.solver
 
     @property
     def needs_times(self) -> bool:

@@ -17,7 +17,6 @@ from heavytop.results.table import Fact
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene
 from heavytop.scene.state import State
-from heavytop.scene.top import Top
 from heavytop.text import duration
 
 if TYPE_CHECKING:
@@ -63,11 +62,6 @@ def motion_summary(motion: Motion, known: Facts | None = None) -> dict[str, Any]
     }
 
 
-def top_summary(top: Top) -> dict[str, float]:
-    """Return moments, mass and distance of a top made of parts; empty for a top without a mass."""
-    return {} if top.mass is None else {name: float(getattr(top, name)) for name in OF_PARTS}
-
-
 def plan_summary(chosen: Plan) -> dict[str, Any]:
     """Return a plan with the keys of its document; ``cost_s`` is expected, not measured."""
     kept = ("formulation", "precision", "tolerance", "states", "projected", "tried")
@@ -86,7 +80,7 @@ class MotionResult(Result):
     motion : mapping
         As `motion_summary` gives it.
     top : mapping from str to float
-        As `top_summary` gives it: A, C, gMR, mass and distance of a top that has a mass.
+        A, C, gMR, mass and distance of a top made of solids, or of a mass; else empty.
     constants : mapping from str to float
         E, E_prime, p_phi and p_psi.
     warnings : tuple of str
@@ -102,17 +96,18 @@ class MotionResult(Result):
     @classmethod
     def of(cls, scene: Scene, motion: Motion, summary: Mapping[str, Any], **more: Any) -> Self:
         """Return the result of a scene and its motion; `more` are further fields."""
+        top = scene.top
         return cls(
             scene=scene.document(),
             motion=summary,
-            top=top_summary(scene.top),
+            top={} if top.mass is None else {name: float(getattr(top, name)) for name in OF_PARTS},
             constants=motion.constants._asdict(),
-            warnings=tuple(filter(None, (scene.top.warning, *scene.start.notices, _kick(scene)))),
+            warnings=tuple(filter(None, (top.warning, *scene.start.notices, _kick(scene)))),
             **more,
         )
 
     def notes(self) -> Iterator[Fact]:
-        """Yield the warnings, with tilts in the units that are shown; a document has them in rad."""
+        """Yield the warnings, with tilts, in rad in a document, in the units that are shown."""
 
         def shown(tilts: re.Match[str]) -> str:
             return quantity_of("theta").with_unit(*map(float, tilts.groups()), form=".6g")

@@ -286,14 +286,9 @@ def _continue(part: Trajectory, times: NDArray[np.float64], course: Course) -> T
     began, orbit = time.perf_counter(), part.orbit
     limit = course.step_limit or most_steps(part.motion, span(part.scene, part.motion))
     if times.size:
-        orbit = integrate(
-            orbit,
-            times,
-            between=None if orbit.steps else _times_on_the_way(part, times[-1]),
-            on_block=course.progress,
-            step_limit=limit,
-            keep=saves,
-        )
+        between = None if orbit.steps else _times_on_the_way(part, times[-1])
+        how: dict[str, Any] = {"on_block": course.progress, "step_limit": limit, "keep": saves}
+        orbit = integrate(orbit, times, between=between, **how)
     else:
         orbit = replace(orbit, outcome=Outcome.FINISHED)
     engine, cost = orbit.integrator.engine, part.statistics

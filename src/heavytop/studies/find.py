@@ -198,8 +198,7 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
 
 def motion_of(scene: Scene, key: str, x: float | Exact) -> Motion | None:
     """Return the motion of a scene with another value of a key; None if there is no such scene."""
-    with warnings.catch_warnings(), suppress(BadScene, NotANumber):
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"), suppress(BadScene, NotANumber):
         changed = scene.changed(key, x if abs(float(x)) > _LEAST else 0.0)
         return Motion(changed.top, changed.start)
     return None

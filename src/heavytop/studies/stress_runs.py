@@ -155,8 +155,7 @@ def _run_taylor(case: Scene, method: MethodEntry, step_limit: int) -> CaseRun:
     if not auto and FORMULATIONS[method.formulation].gives is Need.TILT:
         wanted = ("theta",)
     scene = replace(case, quantities=wanted)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as caught:
         try:
             found = propagate(scene, formulation=method.formulation, step_limit=step_limit)
         except errors.BadScene as refusal:

@@ -123,7 +123,7 @@ def work_precision(
     names, values = read_options(scene, methods, options, WORK_LIMITS, expect_method)
     about = {"scene": scene.problem(), "periods": values["periods"]}
     parameters = parameters_of("work_precision", names, **about)
-    tasks(parameters)  # a plan may be refused: before anything is written
+    tasks(parameters)  # it refuses a plan, if any, before anything is written
     with Journal.open(folder, parameters) as journal:
         return complete(journal, budget=float(budget), on_progress=progress)
 
