@@ -242,10 +242,10 @@ class BodyForm:
 
     def start(self, state: Array) -> Array:
         """Return the states of this form for those of the axis form."""
-        known = self.parameters
-        (x, y, z), l = state[:3], np.array([*state[3:], known["l_z"]])  # noqa: E741
-        theta, psi = math.atan2(math.hypot(x, y), z), known["psi_0"]
-        phi = math.atan2(x, -y) if x or y else known["phi_0"]
+        constants = self.parameters
+        (x, y, z), l = state[:3], np.array([*state[3:], constants["l_z"]])  # noqa: E741
+        theta, psi = math.atan2(math.hypot(x, y), z), constants["psi_0"]
+        phi = math.atan2(x, -y) if x or y else constants["phi_0"]
         near, far = math.cos(theta / 2), math.sin(theta / 2)
         q = np.array([
             near * math.cos((phi + psi) / 2), far * math.cos((phi - psi) / 2),

@@ -133,9 +133,9 @@ def form_values(
     Of an event function there are two: itself and its time derivative; ``spin`` is p_psi/A [1/s].
     """
     bits = precision(next(iter(parameters.values())))
-    known = [parameters[p.name] for p in (*form.parameters, *form.given)]
+    constants = [parameters[p.name] for p in (*form.parameters, *form.given)]
     with np.errstate(divide="ignore", invalid="ignore"):
-        values = _function(form, what, bits)(*rows.T, *known, t, *spun)
+        values = _function(form, what, bits)(*rows.T, *constants, t, *spun)
     # numpy takes its time to see that there is nothing to do
     return [x if np.shape(x) == t.shape else np.broadcast_to(x, t.shape) for x in values]
 

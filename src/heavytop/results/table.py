@@ -107,7 +107,7 @@ class Table(NamedTuple):
 
     @property
     def line(self) -> str:
-        """The table in a line: the names of its rows, and the range of the numbers in each column.
+        """The names of the rows, and the range of the numbers in each column, in a line.
 
         >>> rows = [{"method": "a", "energy": 1e-9}, {"method": "b", "energy": 1e-7}]
         >>> Table(rows, ("method", "energy")).line

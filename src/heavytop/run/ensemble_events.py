@@ -84,20 +84,20 @@ def filter_zeros(run: Ensemble, expected: list[Expected]) -> Zeros:
     `margin` [s], is at the end.
     """
     found, parts = run.zeros, []
-    for code, (event, known) in enumerate(zip(run.events, expected, strict=True)):
-        echo = known.begins[found.which]
-        echo &= abs(found.t) <= known.short[found.which] / 2
-        here = found.at((found.event == code) & ~known.never[found.which] & ~echo)
+    for code, (event, before) in enumerate(zip(run.events, expected, strict=True)):
+        echo = before.begins[found.which]
+        echo &= abs(found.t) <= before.short[found.which] / 2
+        here = found.at((found.event == code) & ~before.never[found.which] & ~echo)
         last = np.zeros(run.end.size)
         np.maximum.at(last, here.which, abs(here.t))
         zero, slope = form_values(run.formulation, event, run.states, run.parameters, run.end)
         with np.errstate(all="ignore"):
             late = -zero / slope * np.sign(run.end)
-            nutations = abs(run.end) * known.rate / (2 * np.pi)
-            margin = EPSILON * LOCAL_ROUNDING * (1 + nutations) ** 1.5 / known.rate
-            ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~known.never
+            nutations = abs(run.end) * before.rate / (2 * np.pi)
+            margin = EPSILON * LOCAL_ROUNDING * (1 + nutations) ** 1.5 / before.rate
+            ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~before.never
         parts.append(here)
-        for where, t in ((known.begins, np.zeros_like(run.end)), (ends, run.end)):
+        for where, t in ((before.begins, np.zeros_like(run.end)), (ends, run.end)):
             which = np.flatnonzero(where & np.isfinite(run.end))
             parts.append(Zeros(which, np.full(which.size, code), t[which]))
     return join_zeros(parts)
@@ -106,8 +106,8 @@ def filter_zeros(run: Ensemble, expected: list[Expected]) -> Zeros:
 def count_bounds(motion: Motion, end: float, event: str) -> tuple[float, float]:
     """The least and the greatest number of events from 0 to a time; nan where it is not known."""
     with suppress(HeavyTopError):
-        if known := count_events(motion, end, (event,)):
-            return known[event]
+        if counts := count_events(motion, end, (event,)):
+            return counts[event]
         if motion.regime.steady:
             return 0, 0
     return np.nan, np.nan

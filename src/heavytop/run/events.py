@@ -243,17 +243,17 @@ def zeros_expected(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
     cusp whose phidot is not zero to the digits wanted is an ordinary turning point.
     """
     run, integrator = trajectory, trajectory.orbit.integrator
-    form, known, number = integrator.formulation, run.orbit.parameters, integrator.engine.number
+    form, constants, number = integrator.formulation, run.orbit.parameters, integrator.engine.number
     small, zeros, cusps = number(10) ** -run.scene.digits, [], []
     expected = events_expected(run)
     for event in EVENT_FUNCTIONS:
         here = [(kind, t) for kind, t in expected if kind in KINDS_OF[event]]
         t = np.array([t for _, t in here], integrator.engine.nothing.dtype)
-        found, resolved = newton_step(form, event, run.orbit.lookup(t), known, small)
+        found, resolved = newton_step(form, event, run.orbit.lookup(t), constants, small)
         zeros.append(found)
         cusps.append(np.array([kind == "cusp" for kind, _ in here], dtype=bool)[resolved])
     at, is_cusp = run.read(TimedStates.join(zeros)), np.concatenate(cusps)
-    momentum = abs(form_values(form, "spin", at.states, known, at.t)[0])
+    momentum = abs(form_values(form, "spin", at.states, constants, at.t)[0])
     level = np.where(is_cusp, 2 * small * momentum / abs(np.sin(at.theta)), number("nan"))
     places = np.split(np.arange(at.t.size), [cusps[0].size])
     return at, EventZeros.join(
@@ -293,8 +293,8 @@ def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
     a pole, it decides nothing and is nan.
     """
     orbit, scene, at = trajectory.orbit, trajectory.scene, trajectory.readings
-    form, known, start = orbit.integrator.formulation, orbit.parameters, slice(1)
-    b = abs(float(form_values(form, "spin", at.states[start], known, at.t[start])[0][0]))
+    form, constants, start = orbit.integrator.formulation, orbit.parameters, slice(1)
+    b = abs(float(form_values(form, "spin", at.states[start], constants, at.t[start])[0][0]))
     step, end = abs(orbit.end) / max(orbit.steps, 1), orbit.samples.t.size + orbit.between.t.size
     hits = dict(zip(trajectory.plan.watched, orbit.hits, strict=True))
     zeros = []

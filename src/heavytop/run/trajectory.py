@@ -184,10 +184,10 @@ class Trajectory(Run, Played):
         seen : TimedStates
             States and their times.
         """
-        form, known, plan = self.orbit.integrator.formulation, self.orbit.parameters, self.plan
+        form, constants, plan = self.orbit.integrator.formulation, self.orbit.parameters, self.plan
         follows = form.phi_wraps and plan.variant is not None
         near = self._exact_at(seen) if follows else None
-        found = sample(form, seen.states, known, seen.t, near)
+        found = sample(form, seen.states, constants, seen.t, near)
         if form.phi_wraps and not follows:
             unknown = np.full(seen.t.shape, np.nan)
             found = replace(found, phi=unknown, psi=unknown)
@@ -232,7 +232,7 @@ class Trajectory(Run, Played):
 
     @cached_property
     def readings(self) -> Sample:
-        """The motion at all recorded states: at samples, at times between them, at zeros."""
+        """The motion at all recorded states, those at samples, at times between them, at zeros."""
         return self.read(self._recorded)
 
     @cached_property
@@ -263,15 +263,15 @@ class Trajectory(Run, Played):
         """
         samples, times = self.orbit.samples, times_between(self.orbit.end, self.motion.period)
         times = self.orbit.integrator.numbers(times)
-        seen, between, place = self._recorded, self.orbit.between, self.orbit.places_of(times)
+        states, between, place = self._recorded, self.orbit.between, self.orbit.places_of(times)
         if place is None:
             between, place = self.orbit.at(times), np.arange(times.size)
-            seen = TimedStates.join([samples, between])
-        run = self.readings if seen is self._recorded else self.read(seen)
+            states = TimedStates.join([samples, between])
+        run = self.readings if states is self._recorded else self.read(states)
         fixed = np.append(samples.t.size + place, samples.t.size - 1)
         if self.in_doubles:
             count = slice(samples.t.size + between.t.size)  # zeros have no angles beside a pole
-            run, exact = run.at(count), self._exact_at(seen)
+            run, exact = run.at(count), self._exact_at(states)
             known = exact and SomeRows(exact, count)
         else:
             run = run.at(np.append(spread_places(samples.t.size), fixed)).mapped(self.numbers)
@@ -366,12 +366,12 @@ class Trajectory(Run, Played):
         ----------
         run : Sample
         """
-        rows, known, t = run.states, self.orbit.parameters, run.t
+        rows, constants, t = run.states, self.orbit.parameters, run.t
         if not self.in_doubles:  # else their changes would be lost in rounding
             finer = self.bits + 64
             rows, t = reals(rows, finer), reals(t, finer)
-            known = {name: reals(x, finer)[()] for name, x in known.items()}
-        return outputs.invariants(self.orbit.integrator.formulation, rows, known, t)
+            constants = {name: reals(x, finer)[()] for name, x in constants.items()}
+        return outputs.invariants(self.orbit.integrator.formulation, rows, constants, t)
 
 
 def round_sample(found: Sample) -> Sample:

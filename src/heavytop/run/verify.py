@@ -301,14 +301,14 @@ def _reversal_u(trajectory: Trajectory, motion: ClosedForm) -> Number:
 
 def _changes(trajectory: Trajectory) -> dict[str, float]:
     """Return the changes of the invariants, by name; in more digits over few samples."""
-    known = trajectory.orbit.parameters
+    constants = trajectory.orbit.parameters
     if trajectory.in_doubles:
-        return invariant_drift(trajectory.invariants, known)
+        return invariant_drift(trajectory.invariants, constants)
     samples, number = trajectory.raw_samples, trajectory.numbers
     few = samples.at(np.append(0, spread_places(samples.t.size)))
     columns = {name: number(x) for name, x in trajectory.raw_invariants(few).items()}
     grain = trajectory.ctx.ldexp(1, GRAIN_BITS - trajectory.bits)
-    return invariant_drift(columns, {name: number(x) for name, x in known.items()}, grain)
+    return invariant_drift(columns, {name: number(x) for name, x in constants.items()}, grain)
 
 
 def _bound(trajectory: Trajectory) -> Any:

@@ -86,8 +86,8 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
     digits = max(REFERENCE_DIGITS, digits_of(method.bits) + REFERENCE_SPARE_DIGITS)
     ctx = context(digits)
     state, values = (map(ctx.mpf, as_stored(x)) for x in (start.state, parameters.values()))
-    known = dict(zip(parameters, values, strict=True))
-    exact = ClosedForm(motion_of(chosen, digits, [*state], known))
+    constants = dict(zip(parameters, values, strict=True))
+    exact = ClosedForm(motion_of(chosen, digits, [*state], constants))
     if exact.period is None:  # the scene's own start nutates, but its rounded one does not
         rounded = f"as it is rounded here, nothing nutates ({REFERENCE_DIGITS} digits)"
         rule = f"so close to a pole that, {rounded}"
@@ -100,7 +100,7 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
             start=as_stored(start.state), compile_s=taylor.engine.compile_s, taylor=taylor, far=far
         )
     first, body = stepper.start, stepper.form
-    reference = ReferenceSolution(chosen.equations, known, exact, ctx, first, body)
+    reference = ReferenceSolution(chosen.equations, constants, exact, ctx, first, body)
     return MethodRun(stepper, reference, exact.period)
 
 

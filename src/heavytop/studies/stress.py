@@ -95,10 +95,10 @@ def stress(
     check_how(progress, executor)
     limits = {"budget": budget, "time_limit": time_limit, "jobs": jobs}
     values, faults = parse_options(KIND, limits, STRESS_LIMITS)
-    some = all_cases() if cases is None else cases
-    asked = stress_methods() if methods is None else methods
-    chosen, no_cases = parse_names(KIND, "cases", some, one_of(all_cases()))
-    known, no_methods = read_methods(KIND, asked, stress_method)
+    some_cases = all_cases() if cases is None else cases
+    some_methods = stress_methods() if methods is None else methods
+    chosen, no_cases = parse_names(KIND, "cases", some_cases, one_of(all_cases()))
+    known, no_methods = read_methods(KIND, some_methods, stress_method)
     errors.refuse(faults, no_cases, no_methods)
     names = [each.name for each in known]
     user.expect_anywhere(names)

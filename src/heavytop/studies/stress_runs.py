@@ -132,20 +132,20 @@ def _run_stepper(
         row = after.state if after.time == last else stepper.states_at(before, [last])[0]
     except IntegrationFailed as failure:
         return CaseRun(StressOutcome(failure.outcome), str(failure))
-    form, known = problem.equations, problem.parameters
+    form, constants = problem.equations, problem.parameters
     axis = row if stepper.form is None else stepper.form.axis_states(row)
     rows, ends, counted = np.array([problem.start, axis]), np.array([0.0, problem.span]), {}
     with np.errstate(all="ignore"):
-        seen = sample(form, rows, known, ends)
-        off = invariant_drift(invariants(form, rows, known, ends), known)["energy"]
+        sampled = sample(form, rows, constants, ends)
+        off = invariant_drift(invariants(form, rows, constants, ends), constants)["energy"]
     for taken in trail if case.events else ():
         for name in WATCHED_EVENTS:
-            signs = np.sign(form_values(form, name, taken.states, known, taken.times)[0])
+            signs = np.sign(form_values(form, name, taken.states, constants, taken.times)[0])
             counted[name] = int(np.sum(signs[:-1] * signs[1:] <= 0))
     message = "; ".join(f"{count}× {text}" for text, count in stepper.warned.items())
     energy = {"energy_error": off if math.isfinite(off) else None}
     found = {"message": message, "steps": after.steps, "counted": counted, **energy, **about}
-    return _arrive(seen, step_limit, **found)
+    return _arrive(sampled, step_limit, **found)
 
 
 def _run_taylor(case: Scene, method: MethodEntry, step_limit: int) -> CaseRun:

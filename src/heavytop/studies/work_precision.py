@@ -146,22 +146,22 @@ def complete(
 ) -> WorkPrecision:
     """Measure in this process what is left, as the budget allows, and return the result."""
     began, parameters = clock(), journal.parameters
-    budget, asked = keep_budget(journal, budget, BUDGET_S), _requested(parameters)
+    budget, methods = keep_budget(journal, budget, BUDGET_S), _requested(parameters)
 
     def show(fraction: float) -> None:
         if stop.is_set():
             raise KeyboardInterrupt
         if on_progress is not None:
-            done, count = (1.0 if journal.record(ROUNDS).ended else fraction), len(asked)
+            done, count = (1.0 if journal.record(ROUNDS).ended else fraction), len(methods)
             on_progress(Progress(done, int(done * count), count))
 
     with stop_signal() as stop, closing(TIMED_WORKER):
         show(0.0)
-        (runs := Rounds(journal, asked, budget, began)).take(show)
+        (runs := Rounds(journal, methods, budget, began)).take(show)
     if stop.is_set():
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.folder)
     points = tuple(_point(each, [*rows.values()]) for each, rows in runs.rows.items() if rows)
-    skipped = tuple(_skip(each, runs.refused[each]) for each in asked if not runs.rows[each])
+    skipped = tuple(_skip(each, runs.refused[each]) for each in methods if not runs.rows[each])
     periods = parameters["periods"]
     about = {"scene": parameters["scene"], "periods": periods, "phase": watch_times(periods)[-1]}
     about |= {"budget": budget, "versions": parameters["versions"]}
