@@ -76,6 +76,8 @@ def test_what_is_impossible_is_singular_and_no_event_was_looked_for_in_vain():
     assert (~found.missed).tolist() == (found.count("turning") > 0).tolist() == good
     with pytest.raises(HeavyTopError, match="'cusp': none of those looked for"):
         found.count("cusp")
+    rest = ht.propagate_many(A=1, C=1, gMR=0, theta=1, time=1, events=("turning",))
+    assert (rest.count("turning")[0], rest.missed[0]) == (0, False)
     empty = ht.propagate_many(**SICM, theta=np.empty(0), time=1.0)
     assert (empty.states.shape, empty.outcomes) == ((0, 5), ())
 
@@ -96,12 +98,13 @@ def test_the_same_bits_whoever_is_beside_on_any_number_of_threads():
 
 def test_a_bad_one_spoils_only_itself():
     """Not a number, too large for doubles, and, in a form singular there, on the vertical."""
-    phidot = np.zeros(20)
-    phidot[3], phidot[8], phidot[12] = np.nan, 1e200, np.inf
-    good = np.isfinite(phidot) & (phidot < 1e100)
-    many = ht.propagate_many(**SICM, theta=0.1, phidot=phidot, omega3=140.0, time=1.0)
-    assert [i for i, end in enumerate(many.outcomes) if end is not Outcome.FINISHED] == [3, 8, 12]
-    assert np.isnan(many.states[~good]).all()
+    phidot, psi = np.zeros((2, 20))
+    phidot[3], phidot[8], phidot[12], psi[15], psi[16] = np.nan, 1e200, np.inf, np.nan, np.inf
+    good = np.isfinite(psi) & (abs(phidot) < 1e100)
+    many = ht.propagate_many(**SICM, theta=0.1, psi=psi, phidot=phidot, omega3=140.0, time=1.0)
+    ended = [i for i, end in enumerate(many.outcomes) if end is not Outcome.FINISHED]
+    assert ended == np.flatnonzero(many.missed).tolist() == [3, 8, 12, 15, 16]
+    assert np.isnan(np.c_[many.states, many.final.phidot][~good]).all()
     assert len({tuple(state) for state in many.states[good].tolist()}) == 1
     start = {"theta": [np.pi, 1.0, 1.1, 1.2], "thetadot": 3.0, "psidot": 100.0, "time": 1.0}
     over = ht.propagate_many(**SICM, **start, formulation="routh")

@@ -251,7 +251,7 @@ def _limits_at_poles(
     A passing axis leaves with the speed it has, and phidot is its regular term; where the axis
     rests phi stays, and psi takes all the spin.
     """
-    pole = np.isnan(full["phidot"])
+    pole = np.isnan(full["phidot"]) & ~np.isnan(full["theta"])
     if not (form.limits and pole.any()):
         return {}
     speed, at_top, at_bottom = form_values(form, "limits", rows, parameters, t)

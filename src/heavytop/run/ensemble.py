@@ -281,10 +281,11 @@ def propagate_many(
     (form, watched), columns = form_and_events, InputArrays(given)
     start = columns.full()
     end = start.pop("time")
+    broken = is_impossible(start["A"], start["C"], start["theta"])
+    broken |= ~np.isfinite([*start.values()]).all(axis=0)
+    start = {name: np.where(broken, np.nan, x) for name, x in start.items()}  # which is singular
     if "omega3" in start:
         start["psidot"] = start.pop("omega3") - start["phidot"] * np.cos(start["theta"])
-    broken = is_impossible(start["A"], start["C"], start["theta"])
-    start["theta"] = np.where(broken, np.nan, start["theta"])  # such a lane is singular
     begun, parameters = _binary(form, start)
     expected = [Expected.of(event, start) for event in watched]
     shorts = (np.where(each.risky, each.short, np.inf) for each in expected)
@@ -331,7 +332,6 @@ def _frame(form: Formulation, start: Arrays) -> dict[str, Array]:
         return {}
     nutating: Any = {name: x for name, x in start.items() if name not in ("phi", "psi")}
     found = motions_many(**nutating)
-    means = found.precession / found.period, found.spin / found.period
-    at_start = start["phidot"], start["psidot"]
-    rates = (np.where(np.isfinite(x), x, y) for x, y in zip(means, at_start, strict=True))
+    means = {"phidot": found.precession / found.period, "psidot": found.spin / found.period}
+    rates = (np.where(np.isfinite(x), x, start[name]) for name, x in means.items())
     return dict(zip((rate.name for rate in form.given), rates, strict=True))

@@ -59,7 +59,7 @@ class Expected(NamedTuple):
             pull = sine * (phidot**2 * cosine - b * phidot + g)  # θ̈
             nods = abs(thetadot) / rate + abs(pull) / rate**2  # about how far, at least
             begins = (nods > 0) & ((thetadot == 0) | (theta == 0))
-            return cls(nods <= 0, begins, begins & (nods < SMALL_NUTATION), short, rate)
+            return cls(~(nods > 0), begins, begins & (nods < SMALL_NUTATION), short, rate)
         plus, minus = pole_momenta(start).values()
         never = ~(plus * minus < 0) | ((thetadot == 0) & (phidot == 0))
         begins = ~never & (phidot == 0)
