@@ -25,6 +25,7 @@ FITTED: Final = 1000  # rows that it ends with
 MOST_MISFIT: Final = 1e-3  # rad, RMS, of a fit that is accepted
 FOLD_ALLOWED: Final = 1e-9  # rad beyond [0, π] that are ignored
 FIRST_ERROR: Final = 0.02  # rad, of the first row, where no integrator has made an error yet
+LEAST_MOTION: Final = 0.05  # rad that data move where conventions are undone
 FITTED_START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # fitted numbers
 COMPARED_QUANTITIES: Final = ("matrix", *ANGLES, *RATES, "axis", "vertical", "omega", "omega_body")
 
@@ -232,17 +233,18 @@ def octaves(size: int, most: int = 8) -> tuple[Any, Any]:
     return np.concatenate(each), np.cumsum([0, *map(len, each[:-1])])
 
 
-def decades(c: Comparison, begins: Any) -> Array:
+def decades(c: Comparison, begins: Any, least: float = LEAST_MOTION) -> Array:
     """The misfit of each quantity: log10 of its error over the motion's path, mean of octaves.
 
     Each octave begins at one of the rows `begins`. The error of an integrator grows from nothing
     with the motion; that of a convention is there from the first row on, or as large as the motion.
+    A motion of less than `least` [rad] explains nothing.
     """
     errors = np.array([*c.errors.values()]) + 1e-9  # smaller errors make no difference
     axis, attitude = (norm(x - x[0]) for x in (c.exact.axis, c.exact.matrix / np.sqrt(2)))
     moved = np.array([axis if name in ("axis", "theta", "phi") else attitude for name in c.errors])
     squares = (errors / (errors + moved + 1e-3)) ** 2  # motions below 1e-3 rad say little
-    if moved.max() < 0.05:  # rad: a motion that hardly moves fits everything
+    if moved.max() < least:  # as if time were frozen: everything fits that
         squares[:] = 1.0
     sums, counts = np.add.reduceat(squares, begins, axis=1), np.diff([*begins, errors.shape[1]])
     return np.asarray(np.log10(sums / counts).mean(axis=1) / 2)

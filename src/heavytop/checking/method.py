@@ -252,7 +252,7 @@ def _is_first_order(c: Comparison, last: float) -> bool:
     if not last or not nutates(c) or not c.motion.period:
         return False
     turn = 2 * np.pi / c.motion.period
-    step, span = turn * np.median(np.diff(c.elapsed)), turn * np.ptp(c.elapsed)
+    step, span = turn * np.diff(c.elapsed).max(), turn * np.ptp(c.elapsed)
     return bool(step < 0.5 and last / max(1.0, span) > step**1.6)
 
 

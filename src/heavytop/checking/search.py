@@ -10,14 +10,13 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.checking.comparison import FIRST_ERROR, Comparison, decades, octaves
+from heavytop.checking.comparison import FIRST_ERROR, LEAST_MOTION, Comparison, decades, octaves
 from heavytop.checking.conventions import INERTIA_ROW, NUMBER_ROW, TABLE, Convention
 from heavytop.errors import HeavyTopError
 
 # decades, mean of all octaves, by which the misfit of a clearly better explanation is smaller
 CLEAR_BY: Final = 0.5
 ALIKE: Final = 0.05  # decades that make no difference
-NO_ERROR: Final = 1e-6  # largest error of data that need no explanation
 EXTENDED: Final = 6  # best explanations to which further conventions are added
 LEAST_MISFIT: Final = -6.5  # decades: no fit is better
 
@@ -132,8 +131,6 @@ def explain(comparison: Comparison) -> Judgement:
     """The conventions that explain the data clearly better than any others."""
     some, begins = _choose_rows(comparison)
     base = next(_try_sets(some, begins, [()]), Explanation((), np.zeros(1)))
-    if base.first_error < NO_ERROR and max(np.max(x) for x in some.errors.values()) < NO_ERROR:
-        base = base._replace(misfit=np.full_like(base.misfit, LEAST_MISFIT))  # of any motion
     found, best, every = [base], base, range(INERTIA_ROW)
     often = [k for k in every if not TABLE[k].rare]
 
@@ -226,5 +223,5 @@ def _try_sets(
                     )
         for steps, after in states:
             with suppress(HeavyTopError):
-                misfit = np.maximum(decades(after, begins), LEAST_MISFIT)
-                yield Explanation(steps, misfit, after.first_error)
+                misfit = decades(after, begins, LEAST_MOTION if steps else 0.0)
+                yield Explanation(steps, np.maximum(misfit, LEAST_MISFIT), after.first_error)
