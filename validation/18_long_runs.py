@@ -147,24 +147,24 @@ HEAD = ("", "periods", "steps", "phase [s]", "axis", "energy", "phase grows as t
 
 
 @proof
-def hundred_million(again=False, write=False):
+def hundred_million(anew=False, write=False):
     from heavytop.studies.drift import advance, drift_parameters
 
     names = ("taylor-axis", "taylor-axis-projected")
-    if again:
+    if anew:
         _, folder = study("hundred-million", names, jobs=2, **LONGEST)
         KEPT.write_bytes((folder / "drift.json").read_bytes())
     kept = {each["name"]: each for each in json.loads(KEPT.read_text("utf-8"))["methods"]}
     asked = {"methods": names, **LONGEST, "ensemble": 1, "seed": 0, "jobs": 1}
     parameters, worst, rows = drift_parameters(KICKED, **asked)[0], 0.0, []
     for name in names:
-        method, found = kept[name], []
+        method, again = kept[name], {}
         for chunk in advance(parameters, f"{name}/0000", None):
-            found += chunk.rows
+            again |= {row["periods"]: abs(row["phase_s"]) for row in chunk.rows}
             if chunk.checkpoint["periods"] > FIRST:
                 break
-        pairs = zip((abs(row["phase_s"]) for row in found), method["phase_s"], strict=False)
-        worst = most(worst, *(abs(a - b) for a, b in pairs))
+        phases = zip(method["periods"], method["phase_s"], strict=True)
+        worst = most(worst, *(abs(again[n] - x) for n, x in phases if n <= FIRST))
         rows.append((f"`{name}`", f"{method['periods'][-1]:.9g}", f"{method['steps']:.4g}",
                      f"{method['phase_s'][-1]:.2e}", f"{method['axis'][-1]:.1e}",
                      f"{method['energy'][-1]:.1e}", f"{method['phase_exponent']:.2f}"))  # fmt: skip
