@@ -4,10 +4,10 @@ import heavytop as ht
 from heavytop.certificate.run import binary_run
 
 
-def run_of(name, form="axis", **asked):
+def run_of(name, form="axis", **span):
     scene = ht.load_scene(name, ["start.psi=9"])
     wanted = ("theta", "phi", "psi")
-    scene = ht.Scene(scene.top, scene.start, quantities=wanted, **(asked or {"time": 2}))
+    scene = ht.Scene(scene.top, scene.start, quantities=wanted, **(span or {"time": 2}))
     return ht.propagate(scene, formulation=form)
 
 

@@ -19,7 +19,8 @@ def interruptible():
 
 
 @pytest.fixture
-def validation_script(monkeypatch):
-    """Import a script of validation/ by its name."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "validation"))
+def script(monkeypatch):
+    """Import a script of validation/ or docs/ by its name."""
+    for folder in ("validation", "docs"):
+        monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / folder))
     return import_module

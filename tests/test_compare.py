@@ -2,7 +2,8 @@
 
 import pytest
 
-PAIRS = [
+
+@pytest.mark.parametrize(("old", "new", "seen"), [
     ({"t": 0.0}, {"t": -0.0}, 1),
     ({"t": [1.0, 2.0]}, {"t": [1.0]}, 1),
     ({"plan": {"folded": False}}, {"plan": {}}, 1),
@@ -10,9 +11,6 @@ PAIRS = [
     ({"errors": {"phi": 1e-14}}, {"errors": {"phi": 3e-14}}, 0),
     ({"errors": {"phi": 1e-14}}, {"errors": {"phi": 9e-14}}, 1),
     ({"t": [1.0, 2.0, 3.0]}, {"t": [1.5, 2.5, 3.0]}, 1),  # the first of a column
-]
-
-
-@pytest.mark.parametrize(("old", "new", "seen"), PAIRS)
-def test_what_counts_as_a_difference(validation_script, old, new, seen):
-    assert len(list(validation_script("compare").differences(old, new))) == seen
+])  # fmt: skip
+def test_what_counts_as_a_difference(script, old, new, seen):
+    assert len(list(script("compare").differences(old, new))) == seen

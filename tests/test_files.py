@@ -73,8 +73,8 @@ def test_events_are_read_by_everybody(path):
 
 
 @pytest.mark.slow
-def test_damaged_files_are_refused_unseen(validation_script, monkeypatch):
-    misses = validation_script("43_fuzz").damage_misses
+def test_damaged_files_are_refused_unseen(script, monkeypatch):
+    misses = script("43_fuzz").damage_misses
     assert misses(seed=1, count=320) == []
     monkeypatch.setattr("heavytop.files.expect_sealed", lambda path: None)
     assert len(misses(seed=1, count=32)) > 16  # they are seen where no digest is checked

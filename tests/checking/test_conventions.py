@@ -18,9 +18,9 @@ NAMES = [row.name for row in TABLE]
 
 
 @pytest.fixture
-def plants(validation_script):
+def plants(script):
     """The plants of the validation script, which share no code with the package."""
-    return validation_script("47_conventions")
+    return script("47_conventions")
 
 
 TIMES = [(unit.convention, unit.factor) for unit in HEADER_UNITS if unit.kind == "time" and unit[3]]
@@ -103,7 +103,7 @@ def explanation(misfit, *names):
     return Explanation(steps, np.array([misfit]))
 
 
-VERDICTS = [
+@pytest.mark.parametrize(("found", "sure", "alike"), [
     ([explanation(-8.0, "y-up")], {"y-up"}, 0),
     ([explanation(-8.0, "y-up"), explanation(-7.9, "spin-sign")], set(), 2),
     ([explanation(-8.0, "y-up"), explanation(-8.2, "y-up", "degrees")], {"y-up"}, 0),
@@ -112,10 +112,7 @@ VERDICTS = [
     ([explanation(-8.0, "y-up"), explanation(-8.0, "spin-held", "degrees")], {"y-up"}, 0),
     ([explanation(-0.5, "y-up")], set(), 0),  # better, and no good
     ([explanation(-0.3, "y-up")], set(), 0),
-]
-
-
-@pytest.mark.parametrize(("found", "sure", "alike"), VERDICTS)
+])  # fmt: skip
 def test_only_what_all_good_explanations_share_is_sure(found, sure, alike):
     verdict = judge([explanation(0.0), *found])
     assert (verdict.sure, len(verdict.alike)) == (sure, alike)

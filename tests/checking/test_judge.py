@@ -90,10 +90,10 @@ def test_times_that_somebody_chose_and_what_never_changes_are_not_rounded():
     assert {(method["rounding"], method["order"]) for method in methods} == {(None, None)}
 
 
-@pytest.mark.parametrize("told", ["theta", "axis"])
+@pytest.mark.parametrize("column", ["theta", "axis"])
 @pytest.mark.parametrize("ahead", [1e-9, -1e-3])
-def test_a_constant_phase_error_is_measured(told, ahead):
-    found = check({"t": TIMES, told: getattr(exact(TIMES + ahead), told)}, SCENE)
+def test_a_constant_phase_error_is_measured(column, ahead):
+    found = check({"t": TIMES, column: getattr(exact(TIMES + ahead), column)}, SCENE)
     assert (found.phase.last, " ahead at t = " in str(found)) == (approx(ahead), ahead > 0)
     assert found.growth["phase"] is None or abs(found.growth["phase"]) < 0.02
 
@@ -138,11 +138,11 @@ def test_an_error_of_the_axis_is_measured(size):
 
 @pytest.mark.parametrize("size", [1e-8, 1e-3])
 def test_errors_of_precession_and_spin_are_measured(size):
-    told = angles(exact())
-    told["phi"] = told["phi"] + size * TIMES / 3
-    told["psi"] = told["psi"] - 2 * size * (TIMES / 3) ** 2
-    reduced = told | {name: np.mod(told[name], 2 * np.pi) for name in ("phi", "psi")}
-    for data in (told, reduced):
+    table = angles(exact())
+    table["phi"] = table["phi"] + size * TIMES / 3
+    table["psi"] = table["psi"] - 2 * size * (TIMES / 3) ** 2
+    reduced = table | {name: np.mod(table[name], 2 * np.pi) for name in ("phi", "psi")}
+    for data in (table, reduced):
         found = check(data, SCENE).errors
         assert (found["phi"].max, found["psi"].max) == approx((size, 2 * size))
         assert found["theta"].max < 1e-14
@@ -178,10 +178,10 @@ def test_events_that_the_data_lack_are_told():
 # --- where the start is from ---------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("told", [angles, vectors])
-def test_the_start_of_a_top_alone_is_that_of_the_first_row(told):
+@pytest.mark.parametrize("columns", [angles, vectors])
+def test_the_start_of_a_top_alone_is_that_of_the_first_row(columns):
     t = TIMES + 7
-    found, later = (check(told(exact(t), t), known) for known in (TOP, SCENE))
+    found, later = (check(columns(exact(t), t), known) for known in (TOP, SCENE))
     assert (found.origin, later.origin) == ("first row", "scene")
     assert found.digits > 11.5
     assert later.digits > 13
@@ -189,8 +189,8 @@ def test_the_start_of_a_top_alone_is_that_of_the_first_row(told):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
-def test_a_start_is_fitted_where_there_are_no_rates(seed, validation_script):
-    scene = validation_script("47_conventions").random_scene(np.random.default_rng(seed))
+def test_a_start_is_fitted_where_there_are_no_rates(seed, script):
+    scene = script("47_conventions").random_scene(np.random.default_rng(seed))
     t = np.linspace(2, 8, 601)
     mine = Motion(scene.top, scene.start).at(t)
     found = check({"t": t, "axis": mine.axis}, scene.top)
@@ -201,17 +201,14 @@ def test_a_start_is_fitted_where_there_are_no_rates(seed, validation_script):
     assert abs(found.scene.start.omega3 - mine.omega3[0]) < 1e-6
 
 
-UNFIT = {
+@pytest.mark.parametrize(("said", "data"), {
     "none follows from theta alone: give a scene with a start": {"theta": exact().theta},
     "a first row whose axis is not vertical": {"axis": np.tile([0.0, 0.0, 1.0], (TIMES.size, 1))},
     "no start fits these": {"axis": exact(TIMES, Top("4e-4", "6.6e-5", "0.0456")).axis},
-}
-
-
-@pytest.mark.parametrize("said", UNFIT)
-def test_what_no_start_fits_is_refused(said):
+}.items())  # fmt: skip
+def test_what_no_start_fits_is_refused(said, data):
     with pytest.raises(Impossible, match=said):
-        check({"t": TIMES} | UNFIT[said], TOP)
+        check({"t": TIMES} | data, TOP)
 
 
 # --- what nobody could do better, and what is written --------------------------------------------
@@ -238,8 +235,8 @@ def test_the_condition_is_what_small_changes_do(name):
 
 
 def test_a_document_holds_all_that_is_said():
-    told = vectors(exact(TIMES * (1 - 1e-7)))
-    found = check({"Zeit": told.pop("t"), "Note": TIMES} | told, SCENE, {"t": "Zeit"})
+    table = vectors(exact(TIMES * (1 - 1e-7)))
+    found = check({"Zeit": table.pop("t"), "Note": TIMES} | table, SCENE, {"t": "Zeit"})
     document = json.loads(as_json(found.document()))
     assert max(document["curves"]["axis"]) == document["errors"]["axis"]["max"]
     used = {"Zeit": "t", "Note": None, "quaternion": "quaternion", "omega": "omega"}

@@ -17,7 +17,6 @@ from heavytop.errors import ForeignFile
 from .made import START, TIMES, TOP, angles, exact, matrix, vectors
 
 RECORD = exact()
-FEW = slice(0, 40)
 ACROSS = RECORD.thetadot**2 + (RECORD.phidot * np.sin(RECORD.theta)) ** 2
 BODY = np.einsum("nji,nj->ni", matrix(RECORD), RECORD.omega)
 SPELLED = {
@@ -35,8 +34,8 @@ SPELLED = {
 }
 
 
-def compared(told):
-    return Comparison(read(told).values, TOP, START)
+def compared(data):
+    return Comparison(read(data).values, TOP, START)
 
 
 @pytest.mark.parametrize("spelled", SPELLED)
@@ -55,41 +54,41 @@ def test_every_way_to_say_it_is_understood(spelled):
 
 
 def test_without_an_azimuth_energy_and_momenta_are_known_all_the_same():
-    told = {name: x for name, x in angles(RECORD).items() if name != "phi"}
-    assert "axis" not in compared(told).derived
-    mine, e, upward = compared(told).spin
+    data = {name: x for name, x in angles(RECORD).items() if name != "phi"}
+    assert "axis" not in compared(data).derived
+    mine, e, upward = compared(data).spin
     energy = (np.cross(mine, e) ** 2).sum(axis=1) / 2 + float(TOP.gMR / TOP.A) * e[:, 2]
     assert np.ptp(energy) < 1e-11
     assert np.ptp(mine @ upward[0] + float(TOP.C / TOP.A - 1) * RECORD.omega3 * e[:, 2]) < 1e-11
 
 
 def columns():
-    return {name: values[FEW] for name, values in angles(RECORD).items()}
+    return {name: values[:40] for name, values in angles(RECORD).items()}
 
 
 def table(path, between, first):
-    told = {"header": first + between.join(columns()), "comments": "", "encoding": "utf-8"}
-    np.savetxt(path, np.transpose([*columns().values()]), "%.17g", between, **told)
+    options = {"header": first + between.join(columns()), "comments": "", "encoding": "utf-8"}
+    np.savetxt(path, np.transpose([*columns().values()]), "%.17g", between, **options)
 
 
 def written(path):
     """A file of the kind that its name tells, with all columns."""
-    told, name = columns(), path.name
+    data, name = columns(), path.name
     tables = {"mine.csv": (",", ""), "blanks.csv": (" ", "# "), "semicolons.txt": (";", "\n")}
     if name in tables or name == "mine.tsv":
         table(path, *tables.get(name, ("\t", "\ufeff")))
     elif name.startswith("index"):  # a column without a name
-        pandas.DataFrame(told).to_csv(path, sep=",\t"[name.endswith("tsv")])
+        pandas.DataFrame(data).to_csv(path, sep=",\t"[name.endswith("tsv")])
     elif name == "mine.npz":
-        np.savez(path, **told)
+        np.savez(path, **data)
     elif name == "old.mat":
-        scipy.io.savemat(path, told | {"note": "of somebody"})
+        scipy.io.savemat(path, data | {"note": "of somebody"})
     elif name == "mine.nc":
-        dataset = xarray.Dataset({each: ("t", x) for each, x in told.items()})
+        dataset = xarray.Dataset({each: ("t", x) for each, x in data.items()})
         dataset.to_netcdf(path, engine="h5netcdf")
     else:
         with h5py.File(path, "w", userblock_size=512) as file:
-            for each, values in told.items():
+            for each, values in data.items():
                 shape = values[None] if name == "new.mat" else values[:, None]
                 file.create_dataset(each, data=shape, compression="gzip")
             file.create_dataset("note", data="of somebody")
@@ -115,20 +114,19 @@ def test_a_component_that_is_named_goes_with_usual_ones():
 
 
 FIVE = {"t": range(5)}
-FAULTS = {
+
+
+@pytest.mark.parametrize(("fault", "data"), {
     "a column t of at least 5 times": {"theta": [1, 2]},
     "t: the times must increase or decrease: row 5": {"t": [0, 1, 2, 3, 1], "theta": [1] * 5},
     "theta: needs the shape (5,), not (4,)": FIVE | {"theta": [1] * 4},
     "is needed in row 3": FIVE | {"phi": [0, 0, np.inf, 0, 0]},
     "no vector of length 0": FIVE | {"axis": np.zeros((5, 3))},
     "numbers of angles, axis": FIVE | {"theta": [np.nan] * 5},
-}
-
-
-@pytest.mark.parametrize("told", FAULTS)
-def test_a_fault_is_told(told):
-    with pytest.raises(ForeignFile, match=re.escape(told)):
-        read(FAULTS[told])
+}.items())  # fmt: skip
+def test_a_fault_is_told(fault, data):
+    with pytest.raises(ForeignFile, match=re.escape(fault)):
+        read(data)
 
 
 def test_what_is_masked_is_not_judged():
@@ -158,8 +156,8 @@ PER |= dict.fromkeys(("rpm", "1/min", "min^-1", "tr/min", "U/min"), np.pi / 30)
 def test_a_rate_may_leave_out_the_radians_and_in_so_many_a_minute_is_in_turns(unit):
     for header in (f"spin [{unit}]", f"spin, {unit}", f"psidot {unit}"):
         (found,) = meanings(header)
-        told = found.quantity, found.unit.kind, found.unit.factor
-        assert told == ("psidot", "rate", pytest.approx(PER[unit]))
+        meaning = found.quantity, found.unit.kind, found.unit.factor
+        assert meaning == ("psidot", "rate", pytest.approx(PER[unit]))
 
 
 def test_what_is_not_understood_is_listed_and_stops_nothing():
@@ -193,10 +191,10 @@ FOREIGN = {
 
 @pytest.mark.parametrize("name", FOREIGN)
 def test_a_foreign_file_is_refused(tmp_path, name):
-    content, told = FOREIGN[name]
+    content, fault = FOREIGN[name]
     if name == "code.npz":
         np.savez(tmp_path / name, t=content)
     elif content is not None:
         (tmp_path / name).write_bytes(content)
-    with pytest.raises(ForeignFile, match=told):
+    with pytest.raises(ForeignFile, match=fault):
         read(tmp_path / name)

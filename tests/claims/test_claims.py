@@ -9,12 +9,10 @@ import pytest
 
 import heavytop as ht
 from heavytop.claims import CLAIMS, advance, load_claims, tasks, validate
-from heavytop.errors import HeavyTopError
 
 from ..studies.toy import drop_line
 
 pytestmark = pytest.mark.processes
-VALIDATION = Path(__file__).parents[2] / "validation"
 FAKE, SLOW = ((Path(__file__).parent / "toys" / f"{x}.py").read_text() for x in ("fake", "slow"))
 
 
@@ -41,14 +39,15 @@ def test_every_claim_has_a_statement_an_authority_a_bound_and_its_reason():
 
 
 def test_the_independent_rigid_body_sees_nothing_of_the_package():
-    tree = ast.parse((VALIDATION / "rigid.py").read_text("utf-8"))
+    body = Path(__file__).parents[2] / "validation" / "rigid.py"
+    tree = ast.parse(body.read_text("utf-8"))
     named = {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
     named |= {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
     assert not any(name.startswith(("heavytop", "tools")) for name in named)
 
 
 def test_without_scripts_and_with_two_claims_of_a_name_there_is_nothing_to_measure(tmp_path):
-    with pytest.raises(HeavyTopError, match="installed without"):
+    with pytest.raises(ht.HeavyTopError, match="installed without"):
         load_claims(str(tmp_path))
     script(tmp_path, 2 * FAKE)
     with pytest.raises(ValueError, match="two claims"):
@@ -93,12 +92,12 @@ def test_only_what_is_asked_is_measured(tmp_path):
 
 def test_what_takes_too_long_is_killed_and_does_not_hold(tmp_path, monkeypatch):
     folder, name = script(tmp_path, SLOW)
-    task, asked = f"{name}/a", {"scripts": str(folder), "claims": [f"{name}/a"]}
+    task, parameters = f"{name}/a", {"scripts": str(folder), "claims": [f"{name}/a"]}
     known = load_claims(str(folder))[task]
-    [chunk] = advance(asked, task, None)
+    [chunk] = advance(parameters, task, None)
     assert chunk.rows[0].passed
     monkeypatch.setitem(CLAIMS, task, replace(known, limit_s=0.1))
-    [chunk] = advance(asked, task, None)
+    [chunk] = advance(parameters, task, None)
     assert (chunk.done, chunk.rows[0].passed) == (True, False)
     assert "0.1 s" in chunk.rows[0].failure
 

@@ -9,8 +9,7 @@ import pytest
 from heavytop.claims import load_claims
 
 VALIDATION = Path(__file__).parents[2] / "validation"
-NAMES = {each.script for each in load_claims().values() if not each.is_proof}
-SCRIPTS = sorted(VALIDATION / f"{name}.py" for name in NAMES)
+SCRIPTS = sorted({VALIDATION / f"{x.script}.py" for x in load_claims().values() if not x.is_proof})
 PROVENANCE = (VALIDATION / "PROVENANCE.md").read_text("utf-8").replace("−", "-")
 DECIMAL = re.compile(r"(?<![\w.])\d+\.\d+(?![\w.])")
 ROW = re.compile(r"^\| (0\.01|2) \| (-?\d+\.\d+) \| .* \| (\S+) \|$", re.M)
@@ -18,15 +17,15 @@ ROW = re.compile(r"^\| (0\.01|2) \| (-?\d+\.\d+) \| .* \| (\S+) \|$", re.M)
 
 def test_a_number_of_more_than_six_digits_has_its_line():
     """Zeros before the first digit do not count."""
-    written = DECIMAL.findall("\n".join(script.read_text("utf-8") for script in SCRIPTS))
+    written = DECIMAL.findall("\n".join(path.read_text("utf-8") for path in SCRIPTS))
     long = {each for each in written if len(each.replace(".", "").lstrip("0")) > 6}
     assert len(long) > 30
     assert long <= {*DECIMAL.findall(PROVENANCE)}
 
 
-def test_what_exudyn_prints_is_as_far_from_exact_as_is_said(validation_script):
+def test_what_exudyn_prints_is_as_far_from_exact_as_is_said(script):
     """omega_y of the Lie-group benchmark at both times, by the rigid body of the claims."""
-    body = validation_script("rigid").Body(
+    body = script("rigid").Body(
         ("15.234375", "0.46875", "15.234375"), "147.15", (0, 1, 0),
         (1, 0, 0, 0), ("0", "150", "-4.61538"),
     )  # fmt: skip
@@ -39,8 +38,8 @@ def test_what_exudyn_prints_is_as_far_from_exact_as_is_said(validation_script):
         assert f"{float(off):.1e}" == f"{float(said):.1e}", value
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
-def test_a_largest_is_taken_by_what_lets_no_nan_slip(script):
-    tree = ast.parse(script.read_text("utf-8"))
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
+def test_a_largest_is_taken_by_what_lets_no_nan_slip(path):
+    tree = ast.parse(path.read_text("utf-8"))
     called = (each.func for each in ast.walk(tree) if isinstance(each, ast.Call))
     assert "max" not in {each.id for each in called if isinstance(each, ast.Name)}

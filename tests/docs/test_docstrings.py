@@ -88,8 +88,8 @@ def test_numbers_have_units_arrays_shapes_and_notes_a_test(name):
             if NUMERIC.search(kind) and names != "periods":
                 assert "[" in described + kind, (names, "unit")
             if "ndarray" in kind:
-                told = kind + described + said(thing).split("\n\n")[0]
-                assert re.search(r"shape|of the length", told), (names, "shape")
+                words = kind + described + said(thing).split("\n\n")[0]
+                assert re.search(r"shape|of the length", words), (names, "shape")
     for text in (said(thing), *(said(each) for _, each in members(thing))):
         for note in re.findall(r"^Accuracy: (?:.+\n?)+", text, re.MULTILINE):
             assert FILE.search(note), note  # that it exists, test_pages.py sees

@@ -53,20 +53,17 @@ def test_the_page_has_the_exit_codes_of_the_command():
     page = (EXTENSIONS.parent / "commands.md").read_text("utf-8")
     shown = re.findall(r"^\| (\d+) \| ([^|]+) \|", page, re.MULTILINE)
     words = EXIT_CODES.removeprefix("Exit codes: ").rstrip(".").split("; ")
-    told = dict(each.split(" ", 1) for each in words)
-    assert {code: what.strip() for code, what in shown} == told
+    known = dict(each.split(" ", 1) for each in words)
+    assert {code: what.strip() for code, what in shown} == known
 
 
 # --- formulas ------------------------------------------------------------------------------------
 
 
-FORMULAS = [
+@pytest.mark.parametrize(("latex", "parts"), [
     (r"\tfrac12 M", ["<mn>1</mn><mn>2</mn>", "<mi>M</mi>"]),
     (r"\dot{\boldsymbol\ell} = g", ["<mover", "<mi>ℓ</mi><mo", "</mover><mo>=</mo><mi>g"]),
-]
-
-
-@pytest.mark.parametrize(("latex", "parts"), FORMULAS)
+])  # fmt: skip
 def test_formulas_are_drawn_as_they_are_meant(extension, latex, parts):
     formulas = extension("formulas")
     node = importlib.import_module("docutils.nodes").math(latex, latex)

@@ -18,14 +18,6 @@ SESSION = re.compile(r"^```console\n(.*?)^```", re.MULTILINE | re.DOTALL)
 FILES = Path(__file__).parents[1] / "checking" / "data"
 ANY = "###"
 LEFT_OUT = "…"
-PAGES = {  # how many commands there are, and the exit codes of those that end otherwise than by 0
-    "first-ten-minutes.md": (13, [3, 3]),
-    "bring-your-integrator.md": (2, [3]),
-    "check-a-trajectory.md": (3, [5]),
-    "closed-form.md": (1, []),
-    "find.md": (2, []),
-    "sweep.md": (1, []),
-}
 
 
 def steps(text):
@@ -67,7 +59,8 @@ def typed(command, code):
     return done.returncode, done.stdout
 
 
-SHOWN = [  # and two that are printed: one that agrees, and one that does not
+# and two that are printed: one that agrees, and one that does not
+@pytest.mark.parametrize(("shown", "same", "other"), [
     ("x = 1.250, 3.28e-04, 22 %", "x = 1.251, 3.29e-04, 22 %", "x = 1.253, 3.28e-04, 22 %"),
     ("22 %, 3.28e-04, True", "22 %, 3.28e-04, True", "23 %, 3.28e-04, True"),
     ("at t = 2 s θ = 0.427", "at t = 2 s θ = 0.42694370531", "at t = 2 s θ = 0.42494370531"),
@@ -75,18 +68,23 @@ SHOWN = [  # and two that are printed: one that agrees, and one that does not
     ("a … (z)", "a b 3 (z)", "a b 3 (y)"),
     ("a\n…\nc", "a\nb\nc", "a\nb\nc\nd"),
     ("a\nc", "a\nc", "a\nb\nc"),
-]
-
-
-@pytest.mark.parametrize(("shown", "same", "other"), SHOWN)
+])  # fmt: skip
 def test_the_comparison_means_something(shown, same, other):
     assert follows(shown.split("\n"), same.split("\n"))
     assert not follows(shown.split("\n"), other.split("\n"))
 
 
+# how many commands there are, and the exit codes of those that end otherwise than by 0
 @pytest.mark.slow
-@pytest.mark.parametrize("page", PAGES)
-def test_a_page_shows_what_happens(page, tmp_path, monkeypatch):
+@pytest.mark.parametrize(("page", "expected"), {
+    "first-ten-minutes.md": (13, [3, 3]),
+    "bring-your-integrator.md": (2, [3]),
+    "check-a-trajectory.md": (3, [5]),
+    "closed-form.md": (1, []),
+    "find.md": (2, []),
+    "sweep.md": (1, []),
+}.items())  # fmt: skip
+def test_a_page_shows_what_happens(page, expected, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = (DOCS / page).read_text("utf-8")
     if block := BLOCK.search(text):
@@ -100,5 +98,5 @@ def test_a_page_shows_what_happens(page, tmp_path, monkeypatch):
         code, printed = typed(command, codes[-1])
         assert follows(lines(shown), lines(printed)), f"$ {command}\n{shown}\nprinted:\n{printed}"
         codes.append(code)
-    assert (len(codes) - 1, list(filter(None, codes))) == PAGES[page]
+    assert (len(codes) - 1, list(filter(None, codes))) == expected
     assert all(Path(x).exists() for x in re.findall(r"`((?:first|map|page)/[\w.]+)`", text))

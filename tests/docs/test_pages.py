@@ -4,7 +4,6 @@
 and runs the commands of the README.
 """
 
-import importlib.util
 import pkgutil
 import re
 import subprocess
@@ -51,25 +50,22 @@ def test_the_pictures_are_those_that_the_script_draws(tmp_path):
     assert covers == {path.name for path in (DOCS / "images").glob("notebook-*.svg")}
 
 
-LISTED = {
-    "figures.md": PICTURES | FIGURES,
-    "formulations.md": FORMULATIONS,
-    "rivals.md": METHODS,
-    "scenes.md": wanted(),
-    "check-a-trajectory.md": [name for row in TABLE for name in row.name.split("+")],
-}
-
-
 def test_the_chart_of_long_runs_has_the_methods_of_their_table():
     table, _ = (DOCS / "drift.md").read_text("utf-8").split("<!-- end long runs -->")
     chart = re.findall(r"<!-- ([a-z]\S+) -->", (DOCS / "images" / "drift.svg").read_text("utf-8"))
     assert {*re.findall(r"^\| `(\S+)`", table, re.MULTILINE)} == {*chart}
 
 
-@pytest.mark.parametrize("page", LISTED)
-def test_a_page_lists_every_name_of_a_table(page):
+@pytest.mark.parametrize(("page", "names"), {
+    "figures.md": PICTURES | FIGURES,
+    "formulations.md": FORMULATIONS,
+    "rivals.md": METHODS,
+    "scenes.md": wanted(),
+    "check-a-trajectory.md": [name for row in TABLE for name in row.name.split("+")],
+}.items())  # fmt: skip
+def test_a_page_lists_every_name_of_a_table(page, names):
     text = (DOCS / page).read_text("utf-8")
-    missing = [name for name in LISTED[page] if f"`{name}`" not in text]
+    missing = [name for name in names if f"`{name}`" not in text]
     assert not missing, f"docs/{page} has no line for {', '.join(missing)}"
 
 
@@ -100,11 +96,8 @@ def test_the_tests_and_the_names_that_are_given_in_full_exist():
             assert pkgutil.resolve_name(name), (text, name)
 
 
-def test_the_picture_of_the_layers_has_those_of_the_package():
-    spec = importlib.util.spec_from_file_location("draw", DOCS / "draw.py")
-    draw = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(draw)
-    drawn = [{folder for folder, *_ in row} for row in draw.LAYERS]
+def test_the_picture_of_the_layers_has_those_of_the_package(script):
+    drawn = [{folder for folder, *_ in row} for row in script("draw").LAYERS]
     tools = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]
     contract = tools["importlinter"]["contracts"][0]["layers"][1:-1]  # without __main__, the tools
     assert drawn == [set(re.findall(r"\w+", row)) for row in contract]
@@ -113,21 +106,18 @@ def test_the_picture_of_the_layers_has_those_of_the_package():
 # --- the ladder of kicks -------------------------------------------------------------------------
 # theta0 = 0.1, thetadot0 = 0, the book's top, 140 rad/s held: roots found at 50 digits by another
 # program, printed here as far as they were printed there.
-LADDER = {
+@pytest.mark.reference
+@pytest.mark.parametrize(("name", "exact_row"), {
     "through the bottom": ("-137.2775191107837", "-5638.8438"),
     "slow precession": ("5.925768", "6.3668390938832"),
     "cusp again": ("9.26062465343216", "9.87012987012987"),
     "through the vertical": ("15.695837998076", "14.1206380405683"),
     "fast precession": ("29.51848", "21.945335558617"),
-}
-
-
-@pytest.mark.reference
-@pytest.mark.parametrize("name", LADDER)
-def test_the_ladder_of_kicks(name):
+}.items())  # fmt: skip
+def test_the_ladder_of_kicks(name, exact_row):
     """What the page shows of it, which ``make docs`` holds to what is computed."""
     [row] = re.findall(rf"^{name} +(\S+) +(\S+)$", (DOCS / "kicks.md").read_text("utf-8"), re.M)
-    for shown, exact in zip(row, LADDER[name], strict=True):
+    for shown, exact in zip(row, exact_row, strict=True):
         assert abs(float(shown) - float(exact)) <= 0.51 * max(map(last_digit, (shown, exact)))
 
 
@@ -217,18 +207,15 @@ def test_every_link_of_the_readme_leads_somewhere():
 
 
 # What else the README says in numbers, and where the package has them from.
-QUOTED = {
+@pytest.mark.parametrize(("page", "figures"), {
     "tests/analytic/test_published.py": ("1e-12", "5e-15", "5e-13"),
     "docs/theory/rounding.md": ("3.1e-13 s", "9.6e-08 s"),
     "docs/check-a-trajectory.md": ("1.1e-15", "285", "1.1e-07", "1.53e+04", "2.2e-09", "8.62e+03"),
     "docs/drift.md": ("7.2e-05", "2.5e-09", "| 3.5 |", "| 5.31 |"),
     "docs/validation.md": ("3.6e-15",),
-}
-
-
-@pytest.mark.parametrize("page", QUOTED)
-def test_the_figures_of_the_readme_are_those_of_the_pages(page):
-    for figure in QUOTED[page]:
+}.items())  # fmt: skip
+def test_the_figures_of_the_readme_are_those_of_the_pages(page, figures):
+    for figure in figures:
         assert figure in (ROOT / page).read_text("utf-8"), figure
         assert figure.strip("| ").replace("e-0", "e-").replace("e+0", "e") in README, figure
 

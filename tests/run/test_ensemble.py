@@ -156,18 +156,18 @@ STRETCHED = [("axis", 1.0), ("axis", 40.0), ("attitude", 1.0), ("cubic", 1.0)]
 
 
 @pytest.mark.parametrize(("name", "stretch"), STRETCHED)
-def test_no_top_is_wrong_beyond_what_its_run_says(validation_script, name, stretch):
-    assert validation_script("43_fuzz").many_misses(5, 48, name, stretch) == []
+def test_no_top_is_wrong_beyond_what_its_run_says(script, name, stretch):
+    assert script("43_fuzz").many_misses(5, 48, name, stretch) == []
 
 
 PLANTED = [("error", lambda error: error / 1e5), ("error", lambda error: error + 1e-12)]
 
 
 @pytest.mark.parametrize(("fact", "planted"), [*PLANTED, ("missed", np.zeros_like)])
-def test_a_mark_that_is_not_measured_is_found(validation_script, monkeypatch, fact, planted):
+def test_a_mark_that_is_not_measured_is_found(script, monkeypatch, fact, planted):
     honest = getattr(Ensemble, fact).func
     monkeypatch.setattr(Ensemble, fact, property(lambda run: planted(honest(run))))
-    assert len(validation_script("43_fuzz").many_misses(6, 48, "axis", 40.0)) > 5
+    assert len(script("43_fuzz").many_misses(6, 48, "axis", 40.0)) > 5
 
 
 def test_the_mark_of_a_top_does_not_depend_on_who_measures_it(monkeypatch):

@@ -130,9 +130,9 @@ def test_at_a_pole_phidot_is_its_limit(name, side):
 
 
 @pytest.mark.slow
-def test_no_run_is_wrong_in_silence_and_unchecked_ones_are_found(validation_script, monkeypatch):
+def test_no_run_is_wrong_in_silence_and_unchecked_ones_are_found(script, monkeypatch):
     """Planted: nothing is held against the closed form; and the last event is never looked for."""
-    fuzz = validation_script("43_fuzz")
+    fuzz = script("43_fuzz")
     assert fuzz.run_misses(3, 8, ("doubles", "more", "extended")) == []
     monkeypatch.setattr("heavytop.run.propagation.misses", lambda _: Misses({}, {}, "", 0.0))
     for way in ("doubles", "extended"):
@@ -164,7 +164,7 @@ def test_a_reversal_that_rounding_puts_behind_the_end_is_at_it():
 def test_a_start_exactly_on_an_event_counts_however_it_is_rounded(seed):
     source = np.random.default_rng(seed)
     start = ht.State(theta=source.uniform(0.2, 2), phi=source.uniform(-3, 3), psidot=20)
-    asked = {"periods": 3, "quantities": ("theta",), "events": ALL}
-    events = ht.propagate(ht.Scene(ht.Top(A=1, C="0.5", gMR=1), start, **asked)).events
+    wants = {"periods": 3, "quantities": ("theta",), "events": ALL}
+    events = ht.propagate(ht.Scene(ht.Top(A=1, C="0.5", gMR=1), start, **wants)).events
     assert counts(events) == (7, 0, 4)
     assert events.t[0] == 0

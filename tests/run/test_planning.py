@@ -15,9 +15,9 @@ from ..motions import named
 
 
 @pytest.mark.parametrize("number", range(18))
-def test_auto_meets_the_digits_asked(validation_script, number):
+def test_auto_meets_the_digits_asked(script, number):
     """Of random scenes, some of which pass close to a pole; of every sixth the rates are wanted."""
-    scene = validation_script("11_random_tops").random_scene(random.Random(number), number)
+    scene = script("11_random_tops").random_scene(random.Random(number), number)
     run = ht.propagate(replace(scene, quantities=scene.quantities if number % 6 else ("rates",)))
     assert misses(run).digits == {}
     assert run.plan.reasons
@@ -42,20 +42,23 @@ def test_bits_follow_from_digits_and_span():
     assert far > near
 
 
-@pytest.mark.parametrize(("scene", "told"), [
+@pytest.mark.parametrize(("scene", "count"), [
     ("sicm-kicked span.periods=1e8", 1), ("separatrix span.time=1e7", 1),
     ("sicm-kicked span.periods=1e4", 0),
 ])  # fmt: skip
-def test_long_runs_are_told_of(scene, told):
+def test_long_runs_are_told_of(scene, count):
     """How long it takes is said, and what would be quicker."""
     name, *changes = scene.split()
     said = [x for x in ht.plan(ht.load_scene(name, changes)).warnings if "long: about" in x]
-    assert len(said) == told
+    assert len(said) == count
 
 
 HARDLY_STABLE, BESIDE = ht.Top(1, "1.155", "133.8"), ht.State("0.007", omega3="8.948")
 LONG = ht.Exact.of(5000)
-MODELS = [  # what is wanted of which scene, and what the plan has
+
+
+# what is wanted of which scene, and what the plan has
+@pytest.mark.parametrize(("quantities", "changes", "has"), [
     (("class", "period"), {}, {"formulation": "none"}),
     (("theta",), {}, {"formulation": "cubic", "states": 2, "projected": False}),
     (("rates",), {}, {"formulation": "cubic", "states": 2}),
@@ -73,10 +76,7 @@ MODELS = [  # what is wanted of which scene, and what the plan has
     (("attitude",), {"time": None, "periods": LONG}, {"formulation": "attitude"}),
     # let go beside the vertical, hardly stable: rounding of 1 - cos(theta) shifts every fall
     (("theta",), {"top": HARDLY_STABLE, "start": BESIDE, "digits": 6}, {"formulation": "axis"}),
-]
-
-
-@pytest.mark.parametrize(("quantities", "changes", "has"), MODELS)
+])  # fmt: skip
 def test_no_more_model_than_is_wanted(quantities, changes, has):
     """Nothing for the class, two states for theta, five for the axis, the turns only for phi."""
     named = ht.load_scene(changes.get("name", "sicm-kicked"))
@@ -121,8 +121,8 @@ def test_the_one_turning_point_of_a_motion_that_tends_to_the_vertical(name, end)
 
 
 def test_the_command_prints_the_plan_that_the_run_has():
-    told, run = (document(verb, "sicm-kicked") for verb in ("plan", "run"))
-    assert (told["schema"], told["plan"]) == ("heavytop/plan/1", run["plan"])
+    plan, run = (document(verb, "sicm-kicked") for verb in ("plan", "run"))
+    assert (plan["schema"], plan["plan"]) == ("heavytop/plan/1", run["plan"])
 
 
 @pytest.mark.parametrize(("scene", "changes", "form", "keys"), [
@@ -133,12 +133,12 @@ def test_the_command_prints_the_plan_that_the_run_has():
     ("planar-rotating", ['want.quantities=["psi"]'], "axis", {"want.quantities"}),
 ])  # fmt: skip
 def test_a_form_that_cannot_is_refused_by_every_key_and_another_can(scene, changes, form, keys):
-    asked = ht.load_scene(scene, changes)
+    wanted = ht.load_scene(scene, changes)
     with pytest.raises(ht.BadScene) as bad:
-        ht.plan(asked, form)
+        ht.plan(wanted, form)
     assert {fault.key for fault in bad.value.faults} == keys
     for other in re.findall(r"take (.*)", str(bad.value))[-1:]:
-        assert all(ht.plan(asked, name).formulation == name for name in other.split(" or "))
+        assert all(ht.plan(wanted, name).formulation == name for name in other.split(" or "))
 
 
 def test_where_the_kind_is_not_proved_reversals_are_watched_for():

@@ -160,7 +160,10 @@ def test_the_least_energy_that_is_named_is_the_least(energy, unknown):
 
 
 HEAD = "format = 1\n[top]\nA = 1\nC = 0.5\ngMR = 2\n[start]\n"
-WRONG = {  # what is wrong, the key that is named, and a word of its sentence
+
+
+# what is wrong, the key that is named, and a word of its sentence
+@pytest.mark.parametrize(("text", "expected"), {
     "quaternion = [1, 0, 0]": ("quaternion", "4 numbers"),
     "quaternion = [0, 0, 0, 0]": ("quaternion", "not all zero"),
     'quaternion = [1, 0, "2 cm", 0]': ("quaternion", "no unit"),
@@ -187,12 +190,9 @@ WRONG = {  # what is wrong, the key that is named, and a word of its sentence
     'steady = "slow"\ntheta = "pi/2"\nomega3 = 0': ("omega3", "not 0"),
     "steady = true\ntheta = 1": ("phidot", "missing"),
     "steady = true\ntheta = 1\nphidot = 0": ("phidot", "not 0"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("text", WRONG)
-def test_a_wrong_start_is_refused_by_one_fault_that_says_what_would_be_right(text):
-    (fault,), (key, word) = faults(read_scene, HEAD + text), WRONG[text]
+}.items())  # fmt: skip
+def test_a_wrong_start_is_refused_by_one_fault_that_says_what_would_be_right(text, expected):
+    (fault,), (key, word) = faults(read_scene, HEAD + text), expected
     assert fault.key == f"start.{key}"
     assert word in f"{fault.rule} {fault.hint}"
 

@@ -18,9 +18,9 @@ ANGLES = ("theta", "phi", "psi")
 
 
 @pytest.fixture
-def certified(validation_script):
+def certified(script):
     """What makes the certificate of a run: no error that is looked for exceeds its bounds."""
-    largest_errors = validation_script("45_certificates").largest_errors
+    largest_errors = script("45_certificates").largest_errors
 
     def certified(run):
         found, errors = ht.certify(run), largest_errors(run, 1, times=2000, taken=20)
@@ -31,7 +31,7 @@ def certified(validation_script):
     return certified
 
 
-SPANS = [
+@pytest.mark.parametrize(("name", "form", "span"), [
     *(("sicm-kicked", form, {"time": 2}) for form in ("axis", "attitude")),
     # back in time only a period leads; and a table that ends before its period is none
     *(("sicm-kicked", "axis", {"periods": n}) for n in (300, -0.1, 0.6)),
@@ -39,16 +39,13 @@ SPANS = [
     ("steady-betsch", "axis", {"time": 2}),
     ("force-free", "axis", {"time": 3}),
     ("spherical-pendulum", "axis", {"time": -5}),
-]
-
-
-@pytest.mark.parametrize(("name", "form", "asked"), SPANS)
-def test_no_error_exceeds_its_bound(certified, name, form, asked):
-    found = certified(run_of(name, form, **asked))
+])  # fmt: skip
+def test_no_error_exceeds_its_bound(certified, name, form, span):
+    found = certified(run_of(name, form, **span))
     assert found.proved
     assert found.bound["theta"] <= max(20 * found.observed["theta"], 4e-15)
-    told = None if "steady" in name else True
-    assert (found.events.turning.proved, found.events.time_bound_s is None) == (told, not told)
+    proved = None if "steady" in name else True
+    assert (found.events.turning.proved, found.events.time_bound_s is None) == (proved, not proved)
 
 
 def test_a_projected_run_is_certified_step_by_step_and_a_fast_one_in_its_own_time(certified):
@@ -144,13 +141,10 @@ def test_parts_resumed_and_shared_out_give_the_same(tmp_path):
     assert ht.resume(tmp_path).document() == first
 
 
-@pytest.mark.parametrize(
-    ("name", "form", "unbounded", "axis"),
-    [
-        ("through-top", "axis", "phi", 1e-14),
-        *(("sleeping", *each) for each in (("axis", "psi", 3e-16), ("attitude", "psi", 5e-15))),
-    ],
-)
+@pytest.mark.parametrize(("name", "form", "unbounded", "axis"), [
+    ("through-top", "axis", "phi", 1e-14), ("sleeping", "axis", "psi", 3e-16),
+    ("sleeping", "attitude", "psi", 5e-15),
+])  # fmt: skip
 def test_an_angle_that_is_not_bounded_is_named_where_the_axis_is(name, form, unbounded, axis):
     found = ht.certify(run_of(name, form))
     assert found.bound[unbounded] is None
@@ -170,9 +164,9 @@ def test_a_cusp_is_not_proved_nor_what_is_far_from_the_exact_motion(monkeypatch)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
-def test_random_motions(certified, validation_script, seed):
+def test_random_motions(certified, script, seed):
     """Of both forms, projected or not, a small slice of what that script looks at."""
-    assert certified(validation_script("45_certificates").drawn(seed)).proved
+    assert certified(script("45_certificates").drawn(seed)).proved
 
 
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
