@@ -65,10 +65,10 @@ def test_every_unit_has_its_size():
     }
 
 
-@pytest.mark.parametrize(("text", "units", "told"), [
+@pytest.mark.parametrize(("text", "units", "hint"), [
     ("3 rpm", (), "unit"), ("3 rpm", ("rad",), "unit"), ("9 Grad", ("rad", "deg"), 'mean "deg"'),
     ("3 RPM", ("rpm", "Hz"), 'mean "rpm"'), ("9 degrees", parse.UNITS, 'mean "deg"'),
 ])  # fmt: skip
-def test_a_unit_out_of_place_or_spelled_otherwise_is_refused(text, units, told):
-    with pytest.raises(NotANumber, match=told):
+def test_a_unit_out_of_place_or_spelled_otherwise_is_refused(text, units, hint):
+    with pytest.raises(NotANumber, match=hint):
         Exact.of(text, units)
