@@ -26,7 +26,7 @@ ANGLES, FEW, BITS = 1e-15, 4e-15, 400
 RATES = ("thetadot", "phidot", "psidot", "udot", "uddot")
 
 
-def apart(got, want, circle=False):
+def distance(got, want, circle=False):
     with working(BITS):
         difference, turn = arb(float(got)) - want, 2 * arb.pi()
         if circle:
@@ -46,15 +46,15 @@ def assert_holds(motion, times, digits=60):
             size = abs(float(at(name)))
             bound = max((1 if name == "theta" else 2) * ANGLES * size, 1e-29)
             bound = ANGLES * max(1, size) if name in ("phi", "psi") else bound
-            assert apart(getattr(double, name)[i], at(name)) <= bound, name
+            assert distance(getattr(double, name)[i], at(name)) <= bound, name
         for name in ("phi", "psi"):
             far = abs(float(at(name))) > 1e12
-            assert far or apart(getattr(double, f"{name}_mod")[i], at(name), circle=True) < FEW
-        assert max(map(apart, double.axis[i], at("axis"))) < FEW
+            assert far or distance(getattr(double, f"{name}_mod")[i], at(name), circle=True) < FEW
+        assert max(map(distance, double.axis[i], at("axis"))) < FEW
         for name in RATES if abs(t) < 10 else ():
             scale = max(1, motion.rate) ** (2 if name == "uddot" else 1)
             bound = FEW * max(scale, abs(float(at(name))))
-            assert apart(getattr(double, name)[i], at(name)) < bound, name
+            assert distance(getattr(double, name)[i], at(name)) < bound, name
 
 
 @pytest.mark.parametrize("name", [*MOTIONS, *FURTHER])
@@ -110,13 +110,13 @@ def test_any_top(C, gMR, theta, thetadot, phidot, psidot, t):
     for name in ("theta", "phi", "psi", *RATES):
         assert np.all(np.isfinite(getattr(double, name))), name
     assert abs(np.linalg.norm(double.axis) - 1) < 1e-15
-    assert apart(double.theta[0], at("theta")) < 1e-13
-    assert max(map(apart, double.axis[0], at("axis"))) < 1e-13
+    assert distance(double.theta[0], at("theta")) < 1e-13
+    assert max(map(distance, double.axis[0], at("axis"))) < 1e-13
     if all(x == 0 or abs(x) >= 1e-20 for x in (gMR, theta, thetadot, phidot, psidot, t)):
         for name in ("theta", "phi", "psi"):
             size = abs(float(at(name)))
             bound = max(1e-15 * size, 1e-29) if name == "theta" else 1e-15 * (1 + size)
-            assert apart(getattr(double, name)[0], at(name)) <= bound, name
+            assert distance(getattr(double, name)[0], at(name)) <= bound, name
 
 
 def test_a_close_pass_with_the_low_word_of_time():
@@ -130,8 +130,8 @@ def test_a_close_pass_with_the_low_word_of_time():
             at, got = motion.reader(Fraction(hi) + Fraction(lo), 60), motion.at([hi], t_lo=[lo])
             assert abs(at("phidot")) > 1e6
             assert abs(arb(got.one_plus_u[0]) / at("one_plus_u") - 1) < 1e-14
-        assert apart(got.phi[0], at("phi")) <= ANGLES * abs(float(at("phi")))
-        assert apart(got.phi_mod[0], at("phi"), circle=True) < FEW
+        assert distance(got.phi[0], at("phi")) <= ANGLES * abs(float(at("phi")))
+        assert distance(got.phi_mod[0], at("phi"), circle=True) < FEW
 
 
 @pytest.mark.parametrize("t", [1e-6, -1e-4, 1e-2])
@@ -141,7 +141,7 @@ def test_phi_just_after_a_cusp(name, t):
     motion = named(name)
     for angle in ("phi", "psi"):
         want = motion.reader(t, 60)(angle)
-        assert apart(getattr(motion.at(t), angle), want) <= 2.5e-16 * max(1, abs(float(want)))
+        assert distance(getattr(motion.at(t), angle), want) <= 2.5e-16 * max(1, abs(float(want)))
 
 
 # --- shapes, parts, speed, and what is refused ---------------------------------------------------

@@ -199,9 +199,9 @@ def test_too_few_bits_name_what_is_known():
     near = Bounds(ClosedForm(StartMotion(CONE, start)))
     near.motion.limit = 128
     for ask in (lambda: near.roots, lambda: near.period):
-        with pytest.raises(Unseparated, match=r"u1 and u2 differ by less than .* 128") as told:
+        with pytest.raises(Unseparated, match=r"u1 and u2 differ by less than .* 128") as refusal:
             ask()
-        assert 1e-40 < told.value.bound < 1e-15
+        assert 1e-40 < refusal.value.bound < 1e-15
     late = Bounds(ClosedForm(StartMotion(BOOK, KICKED)))
     late.motion.limit = 96
     with pytest.raises(Unseparated, match=r"theta is known to .* with 96 bits"):
@@ -211,9 +211,9 @@ def test_too_few_bits_name_what_is_known():
 def test_what_cannot_be_proved_is_refused_by_name():
     """√cos²2 = −cos 2 is beyond the algebra of exact numbers."""
     nothing = sqrt(cos(2) ** 2) + cos(2)
-    with pytest.raises(Unseparated, match=r"udot0 is less than .* with 4096 bits, and") as told:
+    with pytest.raises(Unseparated, match=r"udot0 is less than .* with 4096 bits, and") as refusal:
         ht.Motion(CONE, ht.State(theta=1, thetadot=nothing, phidot=1)).interval("theta_min")
-    assert 0 < told.value.bound < 1e-300
+    assert 0 < refusal.value.bound < 1e-300
 
 
 def test_proofs_on_binary_numbers():

@@ -10,13 +10,6 @@ from heavytop.equations import lagrangian as lag
 
 from ..motions import BOOK, INVERTED
 
-STARTS = {
-    "over an unstable top": (BOOK, State(theta=0, thetadot=3, psidot=60)),
-    "inverted, over the bottom": (INVERTED, State(theta="pi", thetadot=3, psidot=60)),
-    "swinging": (BOOK, State(theta="2", thetadot=1)),
-    "rotating": (BOOK, State(theta="2", thetadot=40)),
-}
-
 
 def potential(top, start):
     return Potential(Motion(top, start))
@@ -41,9 +34,14 @@ def test_is_the_routhians_at_random_points():
         assert abs(float(V(theta)) - float(exact)) < 2e-15 * size
 
 
-@pytest.mark.parametrize("name", STARTS)
-def test_the_separatrix_has_the_energy_of_the_upright_top(name):
-    V, inverted = potential(*STARTS[name]), "inverted" in name
+@pytest.mark.parametrize(("name", "numbers"), {
+    "over an unstable top": (BOOK, State(theta=0, thetadot=3, psidot=60)),
+    "inverted, over the bottom": (INVERTED, State(theta="pi", thetadot=3, psidot=60)),
+    "swinging": (BOOK, State(theta="2", thetadot=1)),
+    "rotating": (BOOK, State(theta="2", thetadot=40)),
+}.items())  # fmt: skip
+def test_the_separatrix_has_the_energy_of_the_upright_top(name, numbers):
+    V, inverted = potential(*numbers), "inverted" in name
     upright, turn = V.separatrix[inverted], V.separatrix[not inverted]
     assert upright == (np.pi if inverted else 0)
     ends = [upright] if V.momenta == (0, 0) else [upright, turn]  # a pendulum turns nowhere

@@ -26,7 +26,6 @@ MOTIONS = {
     "C = 2A": (ht.Top(1, 2, 1), ht.State(1, thetadot="0.1", phidot="0.6", psidot=2)),
 }  # fmt: skip
 THROUGH_TOP = ht.State.from_constants(BOOK, E="0.8", p_phi="9.24e-3", p_psi="9.24e-3", theta=1)
-every_motion = pytest.mark.parametrize("which", MOTIONS)
 
 
 def numbers_of(top, start):
@@ -70,7 +69,7 @@ def off(found, top, start):
     return worst
 
 
-@every_motion
+@pytest.mark.parametrize("which", MOTIONS)
 def test_a_period_and_its_sensitivities_are_those_of_elementary_quadrature(which):
     motion, found = ht.Motion(*MOTIONS[which]), ht.sensitivities(*MOTIONS[which])
     for name, exact in zip(found, by_quadrature(**numbers_of(*MOTIONS[which])), strict=True):
