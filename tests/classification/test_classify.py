@@ -71,10 +71,9 @@ def built(theta, other, third, signs=(1, 1)):
 
 
 INNER = [name for name in ANGLES if name not in ("0", "pi")]
-PAIRS = [*itertools.combinations(INNER, 2)]  # of turning points, the higher first
 
 
-@pytest.mark.parametrize(("high", "low"), PAIRS)
+@pytest.mark.parametrize(("high", "low"), [*itertools.combinations(INNER, 2)])
 def test_cusps(high, low):
     """u₃ such that a = b u₂; φ̇ a hair's breadth off, 1e-3 … 1e-30, it is loops or waves.
 

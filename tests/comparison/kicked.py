@@ -12,13 +12,10 @@ from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.run.binary_motion import binary_start
 
+from ..motions import shipped
+
+MOTION = shipped("sicm-kicked")
 SPAN = 0.77  # s, not a multiple of the period: an error of phase shows at first order
-
-
-@cache
-def motion():
-    loaded = ht.load_scene("sicm-kicked")
-    return ht.Motion(loaded.top, loaded.start)
 
 
 @cache
@@ -29,14 +26,14 @@ def started(formulation="axis"):
     return tuple(start.state.tolist()), constants
 
 
-def set_up(asked, setting=None, period=None, steps=None, start=None, **more):
+def set_up(name, setting=None, period=None, steps=None, start=None, **more):
     """The stepper of a method, or a test that is skipped by name where its packages are missing."""
-    method = named(user.register(asked))
+    method = named(user.register(name))
     if missing := method.absent:
-        pytest.skip(f"{asked} needs {' and '.join(missing)}")
+        pytest.skip(f"{name} needs {' and '.join(missing)}")
     if setting is not None:
         method = replace(method, setting=float(setting))
-    period = motion().period if period is None else period
+    period = MOTION.period if period is None else period
     start = start or started(method.formulation)
     begun = problem(*start, period, formulation=method.formulation, **more)
     return make_stepper(method, begun, steps)
@@ -62,4 +59,4 @@ def axis_error(stepper, t):
     if state.size == 6:  # theta, phi, …
         theta, phi = state[:2]
         state = [np.sin(theta) * np.sin(phi), -np.sin(theta) * np.cos(phi), np.cos(theta)]
-    return float(np.abs(state[:3] - motion().at(time).axis).max())
+    return float(np.abs(state[:3] - MOTION.at(time).axis).max())

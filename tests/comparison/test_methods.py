@@ -15,7 +15,7 @@ from heavytop.comparison.steppers import StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import Exit, Impossible, MissingPackage
 
-from .kicked import SPAN, at, axis_error, motion, problem, set_up, started
+from .kicked import MOTION, SPAN, at, axis_error, problem, set_up, started
 
 FIXED = [name for name, method in METHODS.items() if method.fixed]
 ADAPTIVE = [name for name in METHODS if name not in FIXED]
@@ -101,7 +101,7 @@ def test_each_conserves_what_it_should(name):
 @pytest.mark.parametrize("name", ADAPTIVE)
 def test_a_tolerance_is_kept_within_what_ten_periods_make_of_it(name):
     for tolerance in (1e-4, 1e-6) if "radau" in name else (1e-6, 1e-9):
-        error = axis_error(set_up(name, tolerance), 10.3 * motion().period)
+        error = axis_error(set_up(name, tolerance), 10.3 * MOTION.period)
         assert tolerance / 100 < error < 200 * tolerance
 
 
@@ -109,28 +109,25 @@ def test_a_tolerance_is_kept_within_what_ten_periods_make_of_it(name):
 def test_backwards_is_the_past(name):
     setting = {"strang": 3000, "bobenko-suris": 9000, "implicit-midpoint": 9000}.get(name)
     stepper = set_up(name, setting, direction=-1)
-    assert at(stepper, -1.3 * motion().period)[1] < -1.2999 * motion().period
-    assert axis_error(stepper, -1.3 * motion().period) < 2e-4
+    assert at(stepper, -1.3 * MOTION.period)[1] < -1.2999 * MOTION.period
+    assert axis_error(stepper, -1.3 * MOTION.period) < 2e-4
 
 
 @pytest.mark.parametrize("formulation", [f for f in FORMULATIONS if f != "axis"])
 def test_any_formulation_can_be_integrated(formulation):
-    state, t = at(set_up(f"dop853-cyrk-{formulation}", 1e-10), 1.3 * motion().period)
+    state, t = at(set_up(f"dop853-cyrk-{formulation}", 1e-10), 1.3 * MOTION.period)
     form, constants = FORMULATIONS[formulation].build(), started(formulation)[1]
     there = dict(zip(form.states, state, strict=True))
     there |= {symbol: constants[symbol.name] for symbol in form.parameters}
-    assert abs(form.height.subs(there) - motion().at(t).u) < 1e-7
+    assert abs(form.height.subs(there) - MOTION.at(t).u) < 1e-7
 
 
 # --- coefficients --------------------------------------------------------------------------------
 
 
-COMPOSED = fixed_steps.composition(fixed_steps.SOFRONIOU_SPALETTA_10)
-
-
-@pytest.mark.parametrize(
-    "scheme", [fixed_steps.blanes_moan(), COMPOSED], ids=["splitting", "composed"]
-)
+@pytest.mark.parametrize("scheme", [
+    fixed_steps.blanes_moan(), fixed_steps.composition(fixed_steps.SOFRONIOU_SPALETTA_10),
+], ids=["splitting", "composed"])  # fmt: skip
 def test_on_a_spring_a_scheme_is_exact_to_its_order(scheme):
     assert all((row == row[::-1]).all() and abs(math.fsum(row) - 1) < 1e-15 for row in scheme)
     kicks, drifts = ([Fraction(x) / sum(map(Fraction, row)) for x in row] for row in scheme)
@@ -172,8 +169,8 @@ def test_a_state_read_back_from_text_leads_to_the_same_bits_and_a_look_shows_the
     taken = set_up(name, steps=70)
     first = taken.block(taken.begin())
     second = taken.block(first)
-    told = json.loads(json.dumps([first.time, first.state, first.carry]))
-    again = StepperState(*map(tuple, told), steps=first.steps, evaluations=first.evaluations)
+    stored = json.loads(json.dumps([first.time, first.state, first.carry]))
+    again = StepperState(*map(tuple, stored), steps=first.steps, evaluations=first.evaluations)
     assert set_up(name, steps=70).block(again) == second
     assert second.evaluations >= second.steps == 140
     rows = taken.states_at(first, [second.time, first.time])
@@ -208,7 +205,7 @@ def test_a_look_is_as_good_as_the_steps(name):
     begins, ends = place.time[0], taken.block(place).time[0]
     times = [*(begins + x * (ends - begins) for x in (0.7, 0.11, 0.112, 0.9)), ends, begins]
     rows = taken.states_at(place, [(t, 0.0) for t in times])
-    off = np.abs(rows[:, :3] - motion().at(times).axis).max(axis=1)
+    off = np.abs(rows[:, :3] - MOTION.at(times).axis).max(axis=1)
     assert max(off[:4]) < 3 * max(off[4:]) + 1e-6
 
 
@@ -216,15 +213,15 @@ def test_a_look_is_as_good_as_the_steps(name):
 
 EULER = ([0.0, 0.0, 0.0, 1.0, 0.0, 140.0], {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456})
 HUGE = ([0.0, 0.6, 0.8, 1e200, 1e200], {"g": 1e200, "l_z": 1e200})
-BREAK = [  # a pole of Euler's angles; numbers that overflow; steps too long for the iteration
+
+
+# a pole of Euler's angles; numbers that overflow; steps too long for the iteration
+@pytest.mark.parametrize(("name", "start", "setting", "period", "said"), [
     *((f"{name}-lagrange", EULER, 1e-8, 1.0, "singular|finite|gave up") for name in ADAPTIVE),
     *((name, HUGE, 1, 1.0, "finite|converge") for name in FIXED),
     *((name, HUGE, None, 1.0, "finite|gave up|overflow") for name in ADAPTIVE),
     *((name, started(), 1, 0.54, "not converge") for name in FORESEEING),
-]
-
-
-@pytest.mark.parametrize(("name", "start", "setting", "period", "said"), BREAK)
+])  # fmt: skip
 def test_what_cannot_go_on_says_so_and_prints_nothing(name, start, setting, period, said, capfd):
     taken = set_up(name, setting, period, start=start)
     with pytest.raises(IntegrationFailed, match=said):

@@ -23,13 +23,10 @@ def euler(f, y, h):
 """
 
 
-ORDERS = [
+@pytest.mark.parametrize(("method", "order", "steps"), [
     *((user.Method(rk4, formulation=x), 4, 200) for x in ("axis", "lagrange", *user.BODY_FORMS)),
     (user.Method(midpoint_on_rotations, formulation="rotation"), 2, 800),
-]
-
-
-@pytest.mark.parametrize(("method", "order", "steps"), ORDERS)
+])  # fmt: skip
 def test_a_step_has_its_order_in_every_form(method, order, steps):
     errors = [axis_error(set_up(method, n), SPAN) for n in (steps, 2 * steps)]
     assert errors[1] < 0.02
@@ -71,8 +68,8 @@ def test_a_step_and_a_solver_may_read_the_top():
         return dop853(fun, *given, t_eval=t_eval, **options)
 
     top = TopConstants(2.0, 1.0, 3.0)
-    for asked, setting in ((step, 100), (user.Method(solver, solver=True), 1e-6)):
-        set_up(asked, setting, top=top)
+    for method, setting in ((step, 100), (user.Method(solver, solver=True), 1e-6)):
+        set_up(method, setting, top=top)
     assert found["step"] is found["solver"] is top
 
 
@@ -99,10 +96,10 @@ def test_a_step_may_compute_in_its_states_or_in_arrays_of_another_library():
 def test_a_solver_is_as_good_as_its_tolerance_and_blocks_lead_on_from_what_is_stored():
     tight, loose = (axis_error(set_up(dop853, setting), SPAN) for setting in (1e-11, 1e-5))
     assert tight < 1e-9 < loose < 1e-1
-    for asked, setting in ((rk4, 100), (dop853, 1e-8)):
-        stepper = set_up(asked, setting)
+    for method, setting in ((rk4, 100), (dop853, 1e-8)):
+        stepper = set_up(method, setting)
         first = stepper.block(stepper.begin())
-        assert set_up(asked, setting).block(first) == stepper.block(first)
+        assert set_up(method, setting).block(first) == stepper.block(first)
 
 
 # --- what goes wrong is named --------------------------------------------------------------------
@@ -116,7 +113,7 @@ def stops(fun, t_span, y0, **_):
     return SimpleNamespace(t=[0.0, t_span[1] / 2], y=np.array([y0, y0]).T, message="too stiff.")
 
 
-MISTAKES = [
+@pytest.mark.parametrize(("function", "setting", "said"), [
     (raises, 100, "it raises ValueError: no step"),
     (lambda f, y, h: y[:2], 100, r"it returns an array of shape \(2,\), not \(5,\)"),
     (lambda f, y, h: None, 100, "it returns numbers of type object, not reals"),
@@ -125,10 +122,7 @@ MISTAKES = [
     (lambda f, y, h: y * 1e9, 100, "the numbers are no longer finite"),
     (stops, 1e-2, "it stops after .* s: too stiff"),
     (loses, 1e-2, "the numbers are no longer finite"),
-]
-
-
-@pytest.mark.parametrize(("function", "setting", "said"), MISTAKES)
+])  # fmt: skip
 def test_what_a_method_does_wrong_is_named(function, setting, said):
     stepper = set_up(function, setting)
     with pytest.raises(IntegrationFailed, match=said) as failed:
@@ -148,20 +142,17 @@ def file(tmp_path):
     sys.modules.pop("beside", None)
 
 
-UNLOADED = {
+@pytest.mark.parametrize(("text", "fault"), {
     "nowhere.py:rk4": "there is no such file",
     "mine.py:rk5": "has no 'rk5'",
     "bad.py:rk4": "raises SystemExit: 7",
     "no_such_module:rk4": "raises ModuleNotFoundError",
     "mine.py:np": "must be a function",
-}
-
-
-@pytest.mark.parametrize("text", UNLOADED)
-def test_what_cannot_be_loaded_is_told(file, text, monkeypatch):
+}.items())  # fmt: skip
+def test_what_cannot_be_loaded_is_told(file, text, fault, monkeypatch):
     file.with_name("bad.py").write_text("raise SystemExit(7)\n")
     monkeypatch.chdir(file.parent)
-    with pytest.raises(Impossible, match=UNLOADED[text]):
+    with pytest.raises(Impossible, match=fault):
         user.register(text)
 
 

@@ -25,8 +25,8 @@ def imported(name, *given, **named):
     return import_module(name, *given, **named)
 
 
-for module, gone in LACKING.items():
-    for each in gone:
+for module, names in LACKING.items():
+    for each in names:
         delattr(module, each)
 sys.modules["heyoka"] = None
 builtins.__import__ = imported

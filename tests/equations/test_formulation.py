@@ -86,9 +86,9 @@ def test_what_is_integrated_is_what_the_motion_is_read_from(form):
 
 @every_form
 def test_a_form_has_the_constants_that_outputs_ask_for(form):
-    asked = {"omega3"} if form.limits else set()
-    asked |= {"l_z", "phi_0", "P_plus", "P_minus"} if form.phi_wraps else set()
-    lacking = asked - {symbol.name for symbol in form.parameters}
+    needed = {"omega3"} if form.limits else set()
+    needed |= {"l_z", "phi_0", "P_plus", "P_minus"} if form.phi_wraps else set()
+    lacking = needed - {symbol.name for symbol in form.parameters}
     assert not lacking, f"with its `limits` or `phi_wraps` it has to have the constants {lacking}"
 
 
@@ -122,7 +122,7 @@ EXPECTED = {
 def test_all_it_tells_is_what_the_angles_tell_at_fifty_digits(form, seed):
     values = random_state(seed)
 
-    def told(expression, **rates):
+    def value(expression, **rates):
         """What an expression in states and parameters is, where rates are others."""
         there = values | {sp.Symbol(name, real=True): x for name, x in rates.items()}
         named = dict(zip(form.states, form.start, strict=True)) | dict(form.parameters)
@@ -131,7 +131,7 @@ def test_all_it_tells_is_what_the_angles_tell_at_fifty_digits(form, seed):
         return sp.sympify(expression).subs(known).evalf(50)
 
     def off(expression, expected):
-        return abs(told(expression) - sp.sympify(expected).subs(values).evalf(50))
+        return abs(value(expression) - sp.sympify(expected).subs(values).evalf(50))
 
     for name, output in (form.outputs | form.invariants).items():
         assert off(output.subs(values), EXPECTED[name]) < TINY, name
@@ -141,7 +141,7 @@ def test_all_it_tells_is_what_the_angles_tell_at_fifty_digits(form, seed):
     assert off(form.spin, lag.momenta()[2] / lag.A) < TINY
     for event, rate in (("turning", lag.thetadot), ("reversal", lag.phidot)):
         for sign in (1, -1, 0):
-            found = told(form.events[event], **{rate.name: sign * abs(values[rate])})
+            found = value(form.events[event], **{rate.name: sign * abs(values[rate])})
             assert sp.sign(found.round(40)) == sign, event
 
 

@@ -32,7 +32,7 @@ def value_at(expression, precision):
     return sp.Float(str(function(numbers)[0]), max(17, int(precision * 0.3)))
 
 
-EXPRESSIONS = [
+@pytest.mark.parametrize("expression", [
     x / 3 + sp.sqrt(2) * y,
     sp.Rational("0.1") * x - sp.Rational(7, 9),
     x / (3 * y * sp.sqrt(x)),
@@ -40,10 +40,7 @@ EXPRESSIONS = [
     sp.sin(sp.Integer(1)) * x + sp.Rational(1, 3) / sp.sqrt(sp.Integer(2)),
     sp.sqrt(x) ** 3 - x**-2 + sp.exp(y) * sp.log(x),
     -x * y + 10**20,
-]
-
-
-@pytest.mark.parametrize("expression", EXPRESSIONS, ids=str)
+], ids=str)  # fmt: skip
 @pytest.mark.parametrize("precision", [53, 240])
 def test_constants_are_exact_at_the_working_precision(expression, precision):
     exact = expression.subs({x: sp.Rational(3, 4), y: sp.Rational(5, 8)}).evalf(90)
@@ -51,7 +48,7 @@ def test_constants_are_exact_at_the_working_precision(expression, precision):
     assert error < sp.Float(2) ** (4 - precision)
 
 
-UNTRANSLATABLE = {
+@pytest.mark.parametrize(("named", "expression"), {
     "Abs(x)": 1 + sp.Abs(x),
     "w": sp.sin(x) + sp.Symbol("w"),
     "f(x)": sp.Function("f")(x) * 2,
@@ -59,13 +56,10 @@ UNTRANSLATABLE = {
     "pi": x + sp.pi,
     "0.1": x * sp.Float("0.1", 80),
     "oo": x + sp.oo,
-}
-
-
-@pytest.mark.parametrize("named", UNTRANSLATABLE)
-def test_what_cannot_be_translated_is_named(named):
+}.items())  # fmt: skip
+def test_what_cannot_be_translated_is_named(named, expression):
     with pytest.raises(WrongType, match=re.escape(named)):
-        translate([UNTRANSLATABLE[named]], {"x": X, "y": Y})
+        translate([expression], {"x": X, "y": Y})
 
 
 @pytest.mark.parametrize("name", FORMULATIONS)

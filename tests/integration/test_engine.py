@@ -1,9 +1,6 @@
 """Time in a unit of the top's own: fast and slow tops keep the digits of ordinary ones."""
 
 import math
-import os
-import subprocess
-import sys
 from itertools import product
 
 import numpy as np
@@ -15,6 +12,7 @@ from heavytop.equations.registry import FORMULATIONS
 from heavytop.integration import engine, system
 from heavytop.integration.system import FASTEST_PACE, SLOWEST_PACE, paces_of
 
+from ..processes import begin, surroundings
 from ..trajectories import angles_of
 
 ROUNDING = 2.0**-53
@@ -31,7 +29,6 @@ def kicked(spin, periods="99.618", **wants):
 
 
 RUNS = [*product(("axis", "attitude"), (False, True), (12,)), ("auto", False, 15)]
-BOUND = {12: 100 * ROUNDING, 15: 1e-17}
 
 
 @pytest.mark.parametrize(("formulation", "projected", "digits"), RUNS)
@@ -42,7 +39,7 @@ def test_a_fast_kicked_top_keeps_its_axis(spin, formulation, projected, digits):
     errors = ht.run_errors(run)
     assert run.in_doubles == (digits == 12)
     for error in (errors.axis, errors.rates / float(spin), errors.invariants["p_psi"]):
-        assert error < BOUND[digits]
+        assert error < {12: 100 * ROUNDING, 15: 1e-17}[digits]
 
 
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
@@ -133,8 +130,8 @@ LIMIT = "import heavytop.integration.engine as e; print(e.hy.llvm_state.get_disk
 
 @pytest.mark.parametrize(("before", "bytes_"), [("", 256 * 2**20), (BEFORE, 12345)])
 def test_what_is_compiled_has_a_bound_unless_the_user_set_one(before, bytes_, tmp_path):
-    env = dict(os.environ, HEYOKA_CACHE_DIR=str(tmp_path))
-    assert int(subprocess.check_output([sys.executable, "-c", before + LIMIT], env=env)) == bytes_
+    process = begin("-c", before + LIMIT, env=surroundings(HEYOKA_CACHE_DIR=str(tmp_path)))
+    assert int(process.communicate()[0]) == bytes_
 
 
 def test_threads_change_no_bit_of_a_step(monkeypatch):
@@ -156,8 +153,8 @@ def test_no_step_is_taken_twice(changes, monkeypatch):
     """Samples far ahead are left out of a block, but none that it reaches."""
     taken, step = [], engine.Engine._step
 
-    def counted(self, *asked, **how):
-        found = step(self, *asked, **how)
+    def counted(self, *given, **how):
+        found = step(self, *given, **how)
         taken.append(found[3])
         return found
 

@@ -14,7 +14,6 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration import projection
 from heavytop.integration.orbit import Integrator
 from heavytop.integration.projection import Projection
-from heavytop.run.verify import run_errors
 
 from ..motions import BOOK, CONE, LIE, LIE_START
 from ..trajectories import phase_error
@@ -146,7 +145,7 @@ def test_no_motion_is_worse_for_it(motion, formulation):
         ht.propagate(wanted, formulation=formulation, projected=each) for each in (False, True)
     )
     assert 0.99 < projected.orbit.steps / plain.orbit.steps < 1.08  # evened out, no more than that
-    errors = [run_errors(run).theta for run in (plain, projected)]
+    errors = [ht.run_errors(run).theta for run in (plain, projected)]
     assert errors[1] <= max(2 * errors[0], 1e-14)
 
 
@@ -166,5 +165,5 @@ def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):
 def test_a_sample_on_the_end_of_a_leg(periods):
     """Where phi is followed, a leg's end is looked at, and within rounding is the next one's."""
     wants = "want.quantities=['theta', 'phi']"
-    asked = scene(periods, "want.events=[]", "want.samples=2", wants=wants)
-    assert ht.run_errors(ht.propagate(asked, formulation="axis", projected=True)).phi < 1e-13
+    wanted = scene(periods, "want.events=[]", "want.samples=2", wants=wants)
+    assert ht.run_errors(ht.propagate(wanted, formulation="axis", projected=True)).phi < 1e-13
