@@ -63,15 +63,15 @@ def test_what_a_verb_takes_and_leaves_out_is_as_its_function_says(place):
 
 @pytest.mark.processes
 def test_python_m_is_the_command_and_completed_as_it():
-    asked = {"_HEAVYTOP_COMPLETE": "bash_complete", "COMP_WORDS": "heavytop cl", "COMP_CWORD": "1"}
-    assert ended(env=os.environ | asked).stdout.split() == ["plain,classify"]
+    words = {"_HEAVYTOP_COMPLETE": "bash_complete", "COMP_WORDS": "heavytop cl", "COMP_CWORD": "1"}
+    assert ended(env=os.environ | words).stdout.split() == ["plain,classify"]
     assert ended("--version").stdout == f"heavytop {heavytop.__version__}\n"
 
 
 # --- what is wrong, and with what ----------------------------------------------------------------
 
 
-WRONG = {  # words: the code, and all that is named
+@pytest.mark.parametrize(("words", "expected"), {  # words: the code, and all that is named
     "runn sicm-kicked": (2, "'run'?"),
     "atlas": (2, "SCENE"),
     "film sicm-kicked": (2, "-o"),
@@ -93,14 +93,11 @@ WRONG = {  # words: the code, and all that is named
     "report nosuch": (3, "nosuch"),
     "report . nosuch": (2, "places nosuch"),
     "report sicm-kicked sicm-dropped": (2, "places"),
-}
-
-
-@pytest.mark.parametrize("words", WRONG)
-def test_all_that_is_wrong_is_named_at_once_before_anything_runs(words, tmp_path, monkeypatch):
+}.items())  # fmt: skip
+def test_all_that_is_wrong_is_named_before_anything_runs(words, expected, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     fail_with(monkeypatch, AssertionError("integrated"))
-    (code, named), result = WRONG[words], heavytop_(*words.split())
+    (code, named), result = expected, heavytop_(*words.split())
     said = result.stderr.replace(" = ", "=").replace('"', "")
     assert (result.exit_code, result.stdout) == (code, "")
     assert [x for x in named.split() if x not in said] == []
@@ -145,8 +142,8 @@ def test_warnings_are_sentences_on_stderr_unless_it_is_quiet(monkeypatch):
 def test_where_what_is_printed_goes_to_a_full_disk_it_is_told(words):
     with Path("/dev/full").open("w") as full:
         found = ended(*words.split(), stdout=full)
-    told = "heavytop: cannot write: No space left on device\n"
-    assert (found.returncode, found.stderr) == (Exit.ENDED_EARLY, told)
+    message = "heavytop: cannot write: No space left on device\n"
+    assert (found.returncode, found.stderr) == (Exit.ENDED_EARLY, message)
 
 
 @pytest.mark.processes
@@ -162,11 +159,11 @@ def test_without_a_home_a_locale_or_colours():
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize(("module", "error", "told"), [
+@pytest.mark.parametrize(("module", "error", "message"), [
     ("heavytop.cli.command", "KeyboardInterrupt", ""),
     ("heyoka", "ImportError('failed') from KeyboardInterrupt()", "heavytop: interrupted\n"),
 ])  # fmt: skip
-def test_an_interrupt_while_something_is_imported_is_no_traceback(module, error, told):
+def test_an_interrupt_while_something_is_imported_is_no_traceback(module, error, message):
     """Nor does it call missing what it kept from being imported."""
     program = (
         "import sys\n"
@@ -176,7 +173,7 @@ def test_an_interrupt_while_something_is_imported_is_no_traceback(module, error,
         "sys.meta_path.insert(0, Pressed())\nfrom heavytop.cli import main\nmain()\n"
     )
     found = subprocess.run([sys.executable, "-c", program, *QUICK], capture_output=True, text=True)
-    assert (found.returncode, found.stderr) == (130, told)
+    assert (found.returncode, found.stderr) == (130, message)
 
 
 @pytest.mark.processes

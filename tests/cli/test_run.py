@@ -8,6 +8,7 @@ from heavytop import errors
 from heavytop.cli import Exit
 from heavytop.report import files
 from heavytop.report.files import finished_run
+from heavytop.results.run import FIGURES
 
 from ..commands import document, done_with, fail_with, heavytop_, names, printed, refused
 
@@ -27,7 +28,8 @@ def test_a_folder_gets_every_file_the_document_names(tmp_path):
     found = json.loads(result.stdout)
     assert found["schema"] == "heavytop/run/1"
     assert found == json.loads((folder / "run.json").read_text("utf-8"))
-    assert names(folder) == {*found["files"].values()}
+    figures = {f"{name}.{form}" for name in FIGURES for form in ("svg", "png")}
+    assert names(folder) == {*found["files"].values()} == {*figures, "run.json", "trajectory.nc"}
     assert f"heavytop: wrote {folder / 'trajectory.nc'}\n" in result.stderr
     assert "heavytop: run sicm-kicked\n" in result.stderr
 
@@ -98,6 +100,6 @@ def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):
 
 
 def test_digits_that_are_missed_are_told():
-    words = ("span.time=10000", "want.quantities=['theta']", "want.events=[]")
-    asked = [word for change in words for word in ("--set", change)]
-    assert "theta" in refused(Exit.OUT_OF_BOUND, *KICKED[:2], *asked, "--formulation", "axis")
+    changes = ("--set", "span.time=10000", "--set", "want.quantities=['theta']")
+    words = (*KICKED[:2], *changes, "--set", "want.events=[]", "--formulation", "axis")
+    assert "theta" in refused(Exit.OUT_OF_BOUND, *words)

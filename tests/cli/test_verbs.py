@@ -5,6 +5,7 @@ import re
 from functools import partial
 from importlib import import_module
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -49,9 +50,9 @@ def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked
     x, y, z = RECORD.axis.T
     words = (*table(tmp_path / "mine.csv", t=T, x=x, y=z, z=-y), "--digits", 12, "--json")
     found = heavytop_(*words)
-    told = json.loads(found.stdout)
-    assert (found.exit_code, [each["name"] for each in told["conventions"]]) == (5, ["y-up"])
-    assert told["digits_as_given"] < 1 < 12 < told["digits"]
+    verdict = json.loads(found.stdout)
+    assert (found.exit_code, [each["name"] for each in verdict["conventions"]]) == (5, ["y-up"])
+    assert verdict["digits_as_given"] < 1 < 12 < verdict["digits"]
     printed(*words, "--as", "y-up")
     refused(2, *words, "--as", "up")
 
@@ -82,10 +83,10 @@ PLANE = "phidot=-30:40:6", "theta=0.1:1.5:6"
 
 @pytest.fixture
 def less(monkeypatch):
-    for place, asked in LESS.items():
+    for place, options in LESS.items():
         module, _, name = f"heavytop.{place}".rpartition(".")
         real = getattr(import_module(module), name)
-        monkeypatch.setattr(f"{module}.{name}", partial(real, **asked))
+        monkeypatch.setattr(f"{module}.{name}", partial(real, **options))
     atlas = RESULTS["atlas.json"]._replace(reported=("scene", *PLANE))
     monkeypatch.setitem(RESULTS, "atlas.json", atlas)
 
@@ -102,15 +103,12 @@ def test_a_scene_is_run_and_studied_and_put_on_a_page(tmp_path):
     refused(3, "report", "sicm-kicked", "-o", tmp_path)  # whose studies are not these
 
 
-def stopped(*_, **__):
-    raise KeyboardInterrupt
-
-
 @pytest.mark.usefixtures("less")
 def test_what_a_report_has_finished_when_it_is_stopped_is_kept_and_taken_up(monkeypatch, tmp_path):
     words = ("report", "sicm-kicked", "--set", "span.time=0.1", "-o")
+    stop = Mock(side_effect=KeyboardInterrupt)
     with monkeypatch.context() as patched:
-        patched.setattr("heavytop.studies.work_precision.complete", stopped)
+        patched.setattr("heavytop.studies.work_precision.complete", stop)
         said = refused(130, *words, tmp_path / "kept")
         alone = refused(130, *words, tmp_path / "x.html")
     assert "keeps run, drift\n" in said
@@ -121,7 +119,7 @@ def test_what_a_report_has_finished_when_it_is_stopped_is_kept_and_taken_up(monk
     begun = (tmp_path / "kept" / "drift" / "study.jsonl").read_bytes()
     with monkeypatch.context() as patched:
         patched.setattr("heavytop.studies.drift.advance", None)  # nothing of it is left to do
-        patched.setattr("heavytop.studies.stress.complete", stopped)
+        patched.setattr("heavytop.studies.stress.complete", stop)
         assert "keeps run, drift, workprec\n" in refused(130, *words, tmp_path / "kept")
     assert (tmp_path / "kept" / "drift" / "study.jsonl").read_bytes() == begun
 
@@ -147,9 +145,9 @@ def test_a_folder_that_is_not_finished_says_how_to_go_on(tmp_path):
 
 
 def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):
-    asked = ("find", "sicm-dropped", "--vary", "start.psidot=100:400", "--so-that", "period <= 0.3")
-    assert document(*asked)["schema"] == "heavytop/find/1"
-    assert re.search("period 300 ms.*to 3819.72 rpm", printed(*asked, "--unit", "rpm,ms"), re.S)
+    words = ("find", "sicm-dropped", "--vary", "start.psidot=100:400", "--so-that", "period <= 0.3")
+    assert document(*words)["schema"] == "heavytop/find/1"
+    assert re.search("period 300 ms.*to 3819.72 rpm", printed(*words, "--unit", "rpm,ms"), re.S)
     swept = ("sweep", "sicm-dropped", "--over", "start.psidot=100:400:3", "--facts", "round,ratio")
     assert len(document(*swept, "--unit", "rpm")["rows"]) == 3
     assert printed(*swept, "--unit", "rpm", "-o", str(tmp_path / "x.csv")) == ""

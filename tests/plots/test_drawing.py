@@ -171,8 +171,8 @@ def test_without_axes_there_is_a_new_figure_that_pyplot_shows(kind, things, show
     ax = things[kind].plot()
     assert ax.figure is shown.gcf() is not other
     assert other.axes == []
-    told = [text.get_text() for legend in ax.figure.legends for text in legend.get_texts()]
-    assert set(told) == set(ax.get_legend_handles_labels()[1])
+    labels = [text.get_text() for legend in ax.figure.legends for text in legend.get_texts()]
+    assert set(labels) == set(ax.get_legend_handles_labels()[1])
     ax.figure.draw_without_rendering()
     for legend in ax.figure.legends:
         assert legend.get_window_extent().width < ax.figure.bbox.width
@@ -180,7 +180,7 @@ def test_without_axes_there_is_a_new_figure_that_pyplot_shows(kind, things, show
 
 def test_what_cannot_be_drawn_is_refused_by_name(things, run, shown):
     drift = things["Drift"]
-    for thing, asked, said in (
+    for thing, options, said in (
         (MOTION, {"what": "phases"}, r'one of loop, .*, phase.* \(did you mean "phase"\?\)'),
         (MOTION, {"what": "errors"}, "one of loop, (?!.*errors)"),  # there are none
         (drift, {"what": "loop"}, "one of energy, phase_s"),
@@ -188,7 +188,7 @@ def test_what_cannot_be_drawn_is_refused_by_name(things, run, shown):
         (run, {"ax": Figure()}, r"ax: an Axes \(of matplotlib\), not a Figure"),
     ):
         with pytest.raises(ht.HeavyTopError, match=said):
-            thing.plot(**asked)
+            thing.plot(**options)
     assert shown.get_fignums() == []
 
 

@@ -17,11 +17,11 @@ SIZE = (800, 600)
 SCENE = ht.load_scene("sicm-kicked")
 
 
-def shot(name="sicm-kicked", changes=(), *, size=SIZE, follow=False, **asked):
+def shot(name="sicm-kicked", changes=(), *, size=SIZE, follow=False, **options):
     scene = ht.load_scene(name, changes)
     motion = ht.Motion(scene.top, scene.start)
     end = float(scene.time or scene.periods * motion.period)
-    return FilmScene(scene, Clip.of(motion, end, 10.0, **asked), size, follow)
+    return FilmScene(scene, Clip.of(motion, end, 10.0, **options), size, follow)
 
 
 def pixel(stage, view, point):
@@ -110,11 +110,7 @@ def test_the_wheel_lies_where_a_disc_has_the_moments_of_the_top(ratio):
 
 def test_an_mp4_goes_through_ffmpeg_or_says_what_is_missing(tmp_path, monkeypatch):
     writer = Mock()
-
-    def write_frames(path, size, **_):
-        Path(path).touch()
-        return writer
-
+    write_frames = Mock(side_effect=lambda path, *_, **__: Path(path).touch() or writer)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     scene, path = ht.load_scene("sicm-kicked"), tmp_path / "x.mp4"
     with pytest.raises(ht.MissingPackage, match=r"\.\[film\]"):

@@ -26,7 +26,7 @@ class Browser:
     def __init__(self, home):
         words = ["bash", "-c", START, "-", CHROMIUM, *FLAGS, f"--user-data-dir={home}"]
         self.process = Popen(words, stdin=PIPE, stdout=PIPE, stderr=DEVNULL, bufsize=0)
-        self.number, self.session, self.rest, self.heard = 0, {}, b"", []
+        self.number, self.session, self.rest, self.events = 0, {}, b"", []
         pages = self.ask("Target.getTargets")["targetInfos"]
         page = next(each["targetId"] for each in pages if each["type"] == "page")
         session = self.ask("Target.attachToTarget", targetId=page, flatten=True)
@@ -46,7 +46,7 @@ class Browser:
                 assert "error" not in found, found
                 return found["result"]
             assert found.get("method") != "Page.javascriptDialogOpening", "a title was run"
-            self.heard.append(found)
+            self.events.append(found)
 
     def _read(self):
         source = self.process.stdout
@@ -68,7 +68,7 @@ class Browser:
         return wait_for(lambda: self.value(expression), FIRST)
 
     def complaints(self):
-        for each in self.heard:
+        for each in self.events:
             method, params = each.get("method"), each.get("params", {})
             bad = method == "Runtime.exceptionThrown"
             bad |= method == "Runtime.consoleAPICalled" and params["type"] in ("error", "assert")

@@ -100,7 +100,7 @@ def times(motion):
     return [0.31 * length, 0.53 * length, 1.07 * length, 2.9 * length]
 
 
-def asked(page, motions):
+def computed(page, motions):
     tops = [{"top": numbers(each), "t": times(each)} for each in motions]
     return page.value(
         f"{json.dumps(tops)}.map(({{ top, t }}) => {{ const m = heavytop.motion(top, t);"
@@ -125,7 +125,7 @@ def hold_angles(motion, found, upto=None):
 @pytest.mark.parametrize("beside_poles", [False, True])
 def test_random_tops_have_the_kinds_and_the_angles_of_the_package(page, beside_poles):
     motions = list(random_motions(beside_poles))
-    found = asked(page, motions)
+    found = computed(page, motions)
     for motion, each in zip(motions, found, strict=True):
         assert each["ends"] == pytest.approx([motion.theta_min, motion.theta_max], abs=1e-6)
         assert each["period"] == pytest.approx(motion.period, rel=1e-12)
@@ -139,7 +139,7 @@ def test_random_tops_have_the_kinds_and_the_angles_of_the_package(page, beside_p
 def test_special_tops_have_the_kinds_and_the_angles_of_the_package(page):
     """Cusps, steady, sleeping, asymptotic, passing: their exact numbers as doubles."""
     motions = [*map(named, (MOTIONS | FURTHER).keys() - BESIDE), *map(shipped, SCENES)]
-    found = asked(page, motions)
+    found = computed(page, motions)
     assert {each["kind"] for each in found} == {str(kind) for kind in ht.Kind} - {"undecided"}
     hold_kinds(motions, found)
     held = 0
@@ -233,20 +233,18 @@ def test_what_is_no_number_is_refused_beside_its_box(page):
 
 # --- what is typed ---------------------------------------------------------------------------
 
-TYPED = [
-    ("spin", "260 rpm", "spin", 260 * math.pi / 30),
-    ("spin", "157,08", "spin", 157.08),
-    ("spin", "−3^2 + sqrt(4)*(1 - 2/4)", "spin", -8.0),
-    ("spin", "2*-3", "spin", -6.0),
-    ("theta", "0.5 rad", "theta", 0.5),
-    ("spin", "30 deg/s", "spin", math.pi / 6),
-    ("theta", "0,5", "theta", math.radians(0.5)),
-    ("A", "3.28 g cm²", "A", 3.28e-7),
-]
-
 
 def test_a_number_is_understood_as_people_write_it(page):
-    for name, typed, key, value in TYPED:
+    for name, typed, key, value in (
+        ("spin", "260 rpm", "spin", 260 * math.pi / 30),
+        ("spin", "157,08", "spin", 157.08),
+        ("spin", "−3^2 + sqrt(4)*(1 - 2/4)", "spin", -8.0),
+        ("spin", "2*-3", "spin", -6.0),
+        ("theta", "0.5 rad", "theta", 0.5),
+        ("spin", "30 deg/s", "spin", math.pi / 6),
+        ("theta", "0,5", "theta", math.radians(0.5)),
+        ("A", "3.28 g cm²", "A", 3.28e-7),
+    ):
         put(page, name, typed)
         assert state(page)[key] == pytest.approx(value, rel=1e-15), typed
         assert text(page, f"{name}-fault") == "", typed

@@ -154,8 +154,8 @@ def test_results_of_one_heading_are_told_apart_everywhere(place, undrawn, tmp_pa
 @pytest.mark.parametrize("name", [b"caf\xe9", b"a\nb\x1b[31m"])
 def test_a_folder_may_have_any_name(place, undrawn, name, tmp_path):
     folder = put(place, "stress", tmp_path / os.fsdecode(name))
-    told = document("report", folder, "-o", folder / "page.html")
-    assert (told["file"] + told["results"][0]).isprintable()
+    written = document("report", folder, "-o", folder / "page.html")
+    assert (written["file"] + written["results"][0]).isprintable()
 
 
 WRITTEN = {"x.HTML": "x.HTML", "a/b": "a/b/report.html", "": None}

@@ -116,8 +116,8 @@ def test_every_button_that_saves_saves_the_document_of_a_result(reported, page, 
     for section in page.sections:
         path = tmp_path / f"{section.ident}-data.json"
         wait_for(path.is_file)
-        told = json.loads(json.dumps(section.result.document()))
-        assert json.loads(path.read_text("utf-8")) == told
+        document = json.loads(json.dumps(section.result.document()))
+        assert json.loads(path.read_text("utf-8")) == document
 
 
 def test_the_player_alone_plays_in_a_frame_of_a_notebook(browser, tmp_path):

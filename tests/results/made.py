@@ -3,7 +3,6 @@
 import heavytop as ht
 from heavytop.results.stress import NO_RUN
 from heavytop.results.table import Row
-from heavytop.results.validation import Validation
 
 SCENE = ht.load_scene("sicm-kicked").problem()
 POINT = Row({
@@ -43,4 +42,4 @@ def stress_of(*runs, **more):
 
 
 def validation_of(*claims):
-    return Validation(claims=claims)
+    return ht.Validation(claims=claims)
