@@ -54,10 +54,10 @@ def test_who_asks_for_steps_gets_them(monkeypatch):
     for chosen in (ht.plan(scene, projected=True), plan_steps(scene)):
         assert (chosen.formulation, chosen.precision, chosen.projected) == ("axis", "double", True)
     assert plan_auto("auto", scene, 1e12).text == "taylor-axis-projected"
-    asked = []
-    monkeypatch.setattr(certificate, "propagate", lambda scene, **how: asked.append(how))
+    options = []
+    monkeypatch.setattr(certificate, "propagate", lambda scene, **how: options.append(how))
     certificate.run_in_doubles(scene)
-    assert asked == [{"formulation": "attitude", "projected": True}]
+    assert options == [{"formulation": "attitude", "projected": True}]
 
 
 # --- what a run says -------------------------------------------------------------------------

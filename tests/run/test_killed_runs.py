@@ -41,8 +41,6 @@ main()
 """
 BLOCK = "heavytop.integration.orbit:Integrator block"
 EVENTS = "heavytop.run.trajectory events_of"
-DRAWN = "heavytop.plots.style save"
-TOLD = "heavytop.results.base write_document"
 KILL, TERM, INT = signal.SIGKILL, signal.SIGTERM, signal.SIGINT
 
 LONG = "--set span.periods=4000 --set want.samples=9 --set want.digits=6 --no-figures"
@@ -57,8 +55,8 @@ SCENES = {
 
 def struck(place, count, number, words, folder):
     """Run a command to which a signal comes at the n-th call of a function."""
-    asked = [*place.split(), str(count), str(int(number)), *words.split(), str(folder)]
-    command = [sys.executable, "-c", COMMAND, *asked]
+    arguments = [*place.split(), str(count), str(int(number)), *words.split(), str(folder)]
+    command = [sys.executable, "-c", COMMAND, *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
 
 
@@ -91,20 +89,17 @@ def whole(tmp_path_factory):
     return found
 
 
-STRUCK = [
+@pytest.mark.slow
+@pytest.mark.parametrize(("scene", "place", "count", "number"), [
     *(("long", BLOCK, 4, number) for number in (KILL, TERM, INT)),
     ("long", BLOCK, 1, TERM),
     ("long", "heavytop.run.trajectory:Trajectory save", 3, INT),
     ("long", EVENTS, 8, KILL),
     # between steps and files
     *((scene, EVENTS, 1, number) for scene in ("plain", "digits") for number in (KILL, INT)),
-    *(("drawn", DRAWN, count, number) for count, number in ((4, KILL), (5, TERM))),
-    *((scene, TOLD, 1, KILL) for scene in ("plain", "exact")),
-]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("scene", "place", "count", "number"), STRUCK)
+    *(("drawn", "heavytop.plots.style save", *at) for at in ((4, KILL), (5, TERM))),
+    *((x, "heavytop.results.base write_document", 1, KILL) for x in ("plain", "exact")),
+])  # fmt: skip
 def test_resume_finishes_what_is_there(tmp_path, whole, scene, place, count, number):
     folder = tmp_path / "run"
     stopped = struck(place, count, number, f"run {SCENES[scene]} -o", folder)
@@ -192,18 +187,15 @@ def first(tmp_path_factory):
 PLAIN = ("run", "sicm-kicked", "--no-figures")
 
 
-OTHERS = {
+@pytest.mark.parametrize(("words", "difference"), {
     "sicm-dropped": "scene.start.phidot: -15 there, 0 here",
     "sicm-kicked --formulation axis": 'formulation: "auto" there, "axis" here',
     'sleeping --set want.quantities=["class"]': "scene.start",  # known at once
-}
-
-
-@pytest.mark.parametrize("words", OTHERS)
-def test_another_run_is_refused(first, words):
+}.items())  # fmt: skip
+def test_another_run_is_refused(first, words, difference):
     before = files(first)
     said = refused(Exit.BAD_SCENE, "run", *words.split(), "-o", first)
-    assert all(part in said for part in (f"{first}: ", OTHERS[words], "--force"))
+    assert all(part in said for part in (f"{first}: ", difference, "--force"))
     assert files(first) == before
 
 
@@ -224,18 +216,15 @@ def test_a_run_begun_by_other_versions_or_of_another_scene_is_refused(first, mon
 STUDY = seal(b'{"command":null,"parameters":{"kind":"drift","versions":{}}}').decode()
 
 
-FOREIGN = [
+@pytest.mark.parametrize(("name", "text", "forced", "message"), [
     ("run.json", "{}", (), "not the folder of a study (run.json) (run --force replaces it)"),
     ("study.jsonl", STUDY, ("--force",), "holds a study; a run needs a folder of its own"),
     ("study.jsonl", STUDY.replace("drift", "run"), ("--force",), "line 1: damaged"),
     ("overview.png", "mine", (), "overview.png"),
-]
-
-
-@pytest.mark.parametrize(("name", "text", "forced", "told"), FOREIGN)
-def test_a_refusal_takes_nothing_away(tmp_path, name, text, forced, told):
+])  # fmt: skip
+def test_a_refusal_takes_nothing_away(tmp_path, name, text, forced, message):
     (tmp_path / name).write_text(text)
-    assert told in refused(Exit.BAD_SCENE, "run", "sicm-kicked", *forced, "-o", tmp_path)
+    assert message in refused(Exit.BAD_SCENE, "run", "sicm-kicked", *forced, "-o", tmp_path)
     assert {path.name for path in tmp_path.iterdir()} <= {name, "lock"}
     assert (tmp_path / name).read_text() == text
 

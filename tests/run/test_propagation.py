@@ -17,7 +17,6 @@ import pytest
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import EndedEarly, Impossible, Outcome
-from heavytop.exact import Exact
 from heavytop.run import propagation
 from heavytop.run.counts import count_events
 from heavytop.run.verify import misses
@@ -51,8 +50,8 @@ def test_attitude_and_events_of_every_motion(name, time, formulation):
     exact, bound = motion.at(run.t), 1e-8 if "separatrix" in name else 1e-12
     assert np.max(np.abs(run.axis - exact.axis)) < bound
     ours, theirs = run.samples.quaternion, exact.quaternion
-    apart = np.minimum(*(np.abs(ours - sign * theirs).max(axis=1) for sign in (1, -1)))
-    assert np.max(apart) < bound * max(1.0, float(np.max(np.abs(exact.psi))))
+    distance = np.minimum(*(np.abs(ours - sign * theirs).max(axis=1) for sign in (1, -1)))
+    assert np.max(distance) < bound * max(1.0, float(np.max(np.abs(exact.psi))))
     away = np.sin(exact.theta) > 1e-4  # at a pole itself phi is what rounding makes it
     assert not away.any() or np.max(np.abs((run.phi - exact.phi)[away])) < 1e-8
     errors = ht.run_errors(run)
@@ -137,11 +136,11 @@ def test_every_digit_asked_for_is_right(digits, formulation):
     ctx = truth.ctx
     bound = ctx.mpf(10) ** -digits
     assert abs(ctx.mpf(run.end.t) - ctx.mpf("0.7")) < bound
-    told, vectors = (attrgetter(*x) for x in (NUMBERS, ("axis", "omega", "quaternion")))
+    numbers, vectors = (attrgetter(*x) for x in (NUMBERS, ("axis", "omega", "quaternion")))
     samples = run.in_mpmath()
     for sample in map(samples.at, range(7)):
         exact = truth(ctx.mpf(sample.t))
-        columns = ((*told(x), *chain(*vectors(x))) for x in (sample, exact))
+        columns = ((*numbers(x), *chain(*vectors(x))) for x in (sample, exact))
         pairs = [*zip(*columns, strict=True)]
         assert all(abs(ctx.mpf(x) - true) <= bound * max(1, abs(true)) for x, true in pairs)
     assert misses(run).digits == {}
@@ -167,8 +166,8 @@ def test_sampling_continuing_and_storing_change_no_bit(formulation, projected, c
     scene = replace(ht.load_scene("sicm-kicked"), quantities=angles_of(formulation), **changes)
     half = {"time": scene.time / 2, "samples": scene.samples // 2 + 1}
     one, part, few = (
-        ht.propagate(replace(scene, **asked), formulation=formulation, projected=projected)
-        for asked in ({}, half, {"samples": 3})
+        ht.propagate(replace(scene, **more), formulation=formulation, projected=projected)
+        for more in ({}, half, {"samples": 3})
     )
     one.save(tmp_path / "run.nc")
     other = replace(scene, start=ht.State(1, psidot=140))
@@ -199,7 +198,7 @@ def test_a_run_inside_the_progress_of_another_changes_neither(formulation, proje
     """All runs of a thread share the compiled equations; none leaves its constants in another."""
     slow = ht.Scene(BOOK, KICKED, time=50, quantities=angles_of(formulation), digits=10)
     other = replace(slow, top=ht.Top(1, "0.5", -3), start=ht.State(2, phidot=1, psidot=3))
-    fast = replace(slow, start=ht.State("0.1", phidot=-15, psidot=10**7), time=Exact.of("1e-4"))
+    fast = replace(slow, start=ht.State("0.1", phidot=-15, psidot=10**7), time=ht.Exact.of("1e-4"))
 
     run = partial(ht.propagate, formulation=formulation, projected=projected)
     alone, alone_other, inside = run(slow), run(other), []
@@ -259,7 +258,7 @@ def test_a_span_may_be_as_short_as_a_number(time, digits):
 
 
 def test_a_step_limit_ends_a_run_early_resumed_or_not_and_it_can_be_extended(monkeypatch):
-    scene = replace(ht.load_scene("sicm-kicked"), time=Exact.of(1000))
+    scene = replace(ht.load_scene("sicm-kicked"), time=ht.Exact.of(1000))
     monkeypatch.setattr(propagation, "most_steps", lambda *_: 8000)
     with pytest.raises(EndedEarly, match="step-limit") as early:
         ht.propagate(scene)

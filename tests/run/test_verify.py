@@ -4,6 +4,7 @@ None misses its digits in silence: not between samples, not in the times of its 
 """
 
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -87,17 +88,17 @@ def test_what_a_plan_says_may_disappoint_is_doubtful():
 
 WITH_PSI = {"quantities": ("theta", "psi"), "events": ("turning", "reversal")}
 TILT = {"quantities": ("theta",)}
-SPECIAL = [  # top, start, form, and what is wanted
+
+
+# top, start, form, and what is wanted
+@pytest.mark.parametrize(("top", "start", "form", "wants"), [
     # let go from rest at pi/2, three of four coefficients are zero, and the last two with them
     (ht.Top(1, 1, 1), ht.State("pi/2"), "axis", WITH_PSI),
     (ht.Top(1, 1, 1), ht.State("pi/2"), "cubic", WITH_PSI | TILT),
     # through both poles from theta = pi, heights are measured from the pole that is farther
     (ht.Top(1, 1, 0), ht.State("pi", thetadot="0.1"), "cubic", TILT),
     (ht.Top(1, 0, 1), ht.State(1), "axis", TILT),  # a point mass
-]
-
-
-@pytest.mark.parametrize(("top", "start", "form", "wants"), SPECIAL)
+])  # fmt: skip
 def test_a_special_start_is_run_as_any_other(top, start, form, wants):
     """Events that are miscounted would be warned of: at rest phidot is zero, and never reverses."""
     run = ht.propagate(ht.Scene(top, start, time=20, **wants), formulation=form)
@@ -203,11 +204,6 @@ def test_a_run_that_is_extended_keeps_its_plan_and_says_a_miss():
         long = ht.extend(short, 2000, samples=4)
     assert (long.plan.precision, long.plan.tried) == ("double", ())
     with pytest.raises(ht.EndedEarly) as early:
-        ht.extend(short, 2000, samples=4, progress=interrupting)
+        ht.extend(short, 2000, samples=4, progress=Mock(side_effect=KeyboardInterrupt))
     with pytest.warns(ht.MissedDigitsWarning):
         assert finish(early.value.trajectory).plan == long.plan
-
-
-def interrupting(done):
-    if done > 0.3:
-        raise KeyboardInterrupt
