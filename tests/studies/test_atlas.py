@@ -129,8 +129,8 @@ def test_curves_divide_the_kinds(name):
     where = PLANES[name]
     found = [curve for curve in curves(where) if curve.name in DIVIDES and curve.x.size > 1]
     for curve in found:
-        told = both_sides(where, curve)
-        for pair in told[len(told) // 4 : -len(told) // 4 or None]:
+        sides = both_sides(where, curve)
+        for pair in sides[len(sides) // 4 : -len(sides) // 4 or None]:
             assert pair == DIVIDES[curve.name]
     assert found or name in ("tilts and spins", "sideways")
 

@@ -57,8 +57,8 @@ def wait_for_records(folder, count, process):
 def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, jobs, tmp_path):
     whole, folder, draw = tmp_path / "whole", tmp_path / "made" / "here", random.Random(jobs)
     complete = document(verb, *LONG[verb], "-o", whole)
-    asked = [verb, *LONG[verb], "--no-figures", "-o", folder, *("-j", jobs) * (jobs > 1)]
-    process = begin("-m", "heavytop", *asked)
+    words = [verb, *LONG[verb], "--no-figures", "-o", folder, *("-j", jobs) * (jobs > 1)]
+    process = begin("-m", "heavytop", *words)
     for count in (1, 4):
         wait_for_records(folder, 1 if verb == "drift" else count, process)
         time.sleep(draw.uniform(0.0, 0.5))
@@ -79,7 +79,7 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
         assert made.items() <= there.items()
     if verb in ("workprec", "stress"):
         assert before.items() <= results(folder).items()  # what was run is not run again
-    assert shlex.split(json.loads(out)["command"]) == ["heavytop", *map(str, asked)]
+    assert shlex.split(json.loads(out)["command"]) == ["heavytop", *map(str, words)]
     before = results(whole), verb == "workprec" or files(whole)
     document("resume", whole)  # what is finished does not change
     assert (results(whole), verb == "workprec" or files(whole)) == before

@@ -25,7 +25,7 @@ KICKED = ht.load_scene("sicm-kicked")
 METHODS = ("taylor-axis", "taylor-cubic", "strang")
 
 
-def asked(methods=DEFAULT, periods=10_000, samples=25):
+def parameters(methods=DEFAULT, periods=10_000, samples=25):
     """The parameters of a study."""
     options = {"periods": periods, "ensemble": 1, "samples": samples, "seed": 0}
     return drift_parameters(KICKED, methods, **options, jobs=1)[0]
@@ -77,7 +77,7 @@ def test_a_phase_that_is_lost_is_no_number_and_does_not_come_back():
 def test_a_setting_is_used_and_keeps_all_its_digits():
     texts = ["strang=1234.5671", "strang=1234.5673", "taylor-axis=0.00123456789", "strang=200"]
     assert [method(text).text for text in texts] == texts
-    study = asked(["strang", "strang=100.0000001"], 3, samples=2)
+    study = parameters(["strang", "strang=100.0000001"], 3, samples=2)
     assert [method(text).setting for text in study["methods"]] == [100.0, 100.0000001]
     found = ht.drift(KICKED, methods=["taylor-axis", "taylor-axis=1e-6"], periods=100, samples=3)
     tight, loose = found.methods
@@ -86,14 +86,14 @@ def test_a_setting_is_used_and_keeps_all_its_digits():
 
 
 def test_auto_is_the_least_form_for_so_long_a_run():
-    planned = asked(methods=["auto", "auto=6", "auto=20"], periods=1e5)["methods"]
+    planned = parameters(methods=["auto", "auto=6", "auto=20"], periods=1e5)["methods"]
     assert planned == ["taylor-axis-projected", "taylor-axis", "taylor-axis-mpfr"]
 
 
 def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):
     whole, spans = drift.sample_times, []
     monkeypatch.setattr(drift, "sample_times", lambda *of: spans.append(of[0]) or whole(*of))
-    study = asked(methods=["dop853-scipy", "taylor-axis"], periods=1e6, samples=9)
+    study = parameters(methods=["dop853-scipy", "taylor-axis"], periods=1e6, samples=9)
     for task in tasks(study):
         next(advance(study, task, None))
     assert spans == [1e4, 1e6]

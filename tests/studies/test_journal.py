@@ -104,15 +104,12 @@ def test_a_folder_with_something_else_in_it_is_refused(tmp_path):
         done(tmp_path / "thesis.tex", PARAMETERS)
 
 
-FOREIGN = [
+@pytest.mark.parametrize(("name", "make"), [
     ("study.jsonl", lambda file, other: file.symlink_to(other)),
     ("study.jsonl", lambda file, other: os.mkfifo(file)),
     ("study.jsonl", lambda file, other: file.write_text("precious")),
     ("lock", lambda file, other: file.symlink_to(other)),
-]
-
-
-@pytest.mark.parametrize(("name", "make"), FOREIGN)
+])  # fmt: skip
 def test_what_is_no_journal_or_lock_of_ours_is_not_written_to(tmp_path, name, make):
     other, place = tmp_path / "other", tmp_path / "place"
     other.write_text("precious")

@@ -61,16 +61,16 @@ def test_a_stopped_study_goes_on_bit_for_bit_where_its_code_is_named(mine, tmp_p
     """A step, one that keeps the rotation, and a solver."""
     place = tmp_path / "study"
     named = [f"{mine}:rk4", f"{mine}:on_the_group", f"{mine}:dop853"]
-    asked = {"methods": [f"{named[0]}=100", f"{named[1]}=100", f"{named[2]}=1e-7"]}
-    asked |= {"periods": 30, "samples": 6}
-    reference = ht.drift(KICKED, **asked)
+    options = {"methods": [f"{named[0]}=100", f"{named[1]}=100", f"{named[2]}=1e-7"]}
+    options |= {"periods": 30, "samples": 6}
+    reference = ht.drift(KICKED, **options)
 
     def stop(now):
         if now.fraction > 0.5:
             raise KeyboardInterrupt
 
     with pytest.raises(ht.StoppedEarly):
-        ht.drift(KICKED, folder=place, progress=stop, **asked)
+        ht.drift(KICKED, folder=place, progress=stop, **options)
     user._REGISTERED.clear()  # another process
     every = "--methods mine.py:dop853,mine.py:on_the_group,mine.py:rk4\n"
     assert refused(3, "resume", place).endswith(every)

@@ -37,15 +37,12 @@ def verdict(result, truth, method="auto"):
 
 # From the largest of state-transition matrices of the axis form, by variational equations that
 # heyoka integrated; they count a change of the length of the axis too, which no motion has
-CONDITIONS = {
+@pytest.mark.parametrize(("name", "condition"), {
     "through-top": 33.39, "lie-group": 9.127, "separatrix-40": 8.046e8, "kicked-fast-1e10": 3.29,
     "hundred-periods": 404.1,
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", CONDITIONS)
-def test_the_condition_is_that_of_integrated_variational_equations(name):
-    assert 0.9 < reference(name).condition / CONDITIONS[name] < 1.01
+}.items())  # fmt: skip
+def test_the_condition_is_that_of_integrated_variational_equations(name, condition):
+    assert 0.9 < reference(name).condition / condition < 1.01
 
 
 # --- how a run is judged ---------------------------------------------------------------------
@@ -57,19 +54,16 @@ def arrived(off=0.0, **more):
     return CaseRun(axis=(off, -0.6, 0.8), **({"counted": {"turning": 3}} | more))
 
 
-RULES = {
+@pytest.mark.parametrize(("word", "runs"), {
     "ok": [arrived(1e-10), arrived(message="a doubt")],
     "inaccurate": [arrived(1e-6)],
     "diverged": [arrived(math.nan), CaseRun(theta=0.7 + 1e-12)],
     "missed-events": [arrived(counted={"turning": 2})],
     "refused": [CaseRun(StressOutcome.REFUSED, "no")],
     "step-limit": [CaseRun(StressOutcome.STEP_LIMIT)],
-}
-
-
-@pytest.mark.parametrize("word", RULES)
-def test_every_outcome_has_one_rule(word):
-    for raw in RULES[word]:
+}.items())  # fmt: skip
+def test_every_outcome_has_one_rule(word, runs):
+    for raw in runs:
         finding = verdict(raw, HERE)
         assert finding.outcome == word
         assert finding.named == (raw.message != "" or word == "step-limit")
@@ -137,7 +131,9 @@ def test_auto_is_never_silently_wrong(name, method):
     assert not silently_wrong(finding), finding
 
 
-KNOWN = {  # from what others measured with other programs, before this one was written
+# from what others measured with other programs, before this one was written
+@pytest.mark.slow
+@pytest.mark.parametrize(("pair", "outcome"), {
     ("through-top", "taylor-lagrange"): StressOutcome.SINGULAR,
     ("start-at-top", "taylor-lagrange"): StressOutcome.REFUSED,
     ("start-at-top", "dop853-scipy-lagrange"): StressOutcome.SINGULAR,
@@ -148,14 +144,9 @@ KNOWN = {  # from what others measured with other programs, before this one was 
     ("kick-1e-6", "dop853-scipy"): StressOutcome.MISSED_EVENTS,
     ("cusp", "dop853-scipy"): StressOutcome.OK,
     ("sleeping-1+1e-8", "gauss8"): StressOutcome.STALLED,
-    ("1e5-periods", "gauss8"): StressOutcome.STEP_LIMIT,
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("pair", KNOWN)
-def test_what_is_known_to_fail_fails_so(pair):
-    assert found(*pair).outcome is KNOWN[pair]
+}.items())  # fmt: skip
+def test_what_is_known_to_fail_fails_so(pair, outcome):
+    assert found(*pair).outcome is outcome
 
 
 @pytest.mark.parametrize("form", FORMULATIONS)
@@ -165,7 +156,7 @@ def test_away_from_poles_every_form_keeps_its_digits(form):
 
 
 def test_the_step_limit_is_kept_by_everybody():
-    for method in ("taylor-axis", "dop853-scipy"):
+    for method in ("taylor-axis", "dop853-scipy", "gauss8"):
         assert found("hundred-periods", method, 300).outcome is StressOutcome.STEP_LIMIT
 
 

@@ -64,8 +64,8 @@ PLANNED = [("auto", 12, 1e5), ("auto=6", 6, 1e4), ("auto=30", 30, 100)]
 @pytest.mark.parametrize(("text", "digits", "periods"), PLANNED)
 def test_auto_is_the_plan_in_form_bits_tolerance_and_projection(text, digits, periods):
     (found,) = settings(text, KICKED, periods)
-    asked = {"periods": periods, "quantities": ("axis",), "events": (), "samples": 2}
-    plan = ht.plan(ht.Scene(KICKED.top, KICKED.start, digits=digits, **asked))
+    wants = {"periods": periods, "quantities": ("axis",), "events": (), "samples": 2}
+    plan = ht.plan(ht.Scene(KICKED.top, KICKED.start, digits=digits, **wants))
     wanted = (text, plan.formulation, plan.projected, bits_of(plan.precision), plan.tolerance)
     assert (found.name, found.formulation, found.projected, found.bits, found.setting) == wanted
 

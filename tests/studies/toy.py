@@ -1,10 +1,9 @@
 """A toy study for the tests of the journal and the runner, and what is seen of it from outside."""
 
 import json
-from contextlib import suppress
 from pathlib import Path
 
-from heavytop.studies import journal, study
+from heavytop.studies import study
 from heavytop.studies.journal import Journal
 
 TOYS = Path(__file__).parent / "toys"
@@ -39,30 +38,3 @@ def lines(log):
     """Return what was done: task, first and last step, process, in the order it was done."""
     words = (line.split() for line in log.read_text().splitlines()) if log.exists() else ()
     return [(task, int(a), int(b), int(pid)) for task, a, b, pid in words]
-
-
-class Killed(BaseException):
-    """What nobody catches."""
-
-
-def tears(monkeypatch, cuts, do):
-    """Do what is killed in the middle of a line, until it is done; return how often it was.
-
-    Each cut is how many lines are written before it, and which part of the next one.
-    """
-    write, left = journal._write_line, [0, 0.0]
-
-    def torn(file, line):
-        left[0] -= 1
-        if left[0] < 0:
-            text = journal.seal(journal.canonical_json(line).encode())
-            file.write(text[: int(left[1] * len(text))])
-            raise Killed
-        return write(file, line)
-
-    monkeypatch.setattr(journal, "_write_line", torn)
-    for count, left[:] in enumerate(cuts):
-        with suppress(Killed):
-            do()
-            return count
-    raise AssertionError("it gets nowhere")

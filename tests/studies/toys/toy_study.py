@@ -9,7 +9,6 @@ from heavytop.errors import HeavyTopError
 from heavytop.studies.journal import Chunk
 
 BLOCK = 50  # steps
-LONGEST = 8  # blocks in a chunk
 
 
 def tasks(parameters):
@@ -24,7 +23,7 @@ def advance(parameters, task, checkpoint):
     while steps < total:
         begun, first, rows = time.monotonic(), steps, []
         time.sleep(float(os.environ.get("TOY_PAUSE", "0.003")))
-        for _ in range(random.SystemRandom().randint(1, LONGEST)):
+        for _ in range(random.SystemRandom().randint(1, 8)):  # blocks in a chunk
             for _ in range(BLOCK * (steps < total)):
                 x, y, steps = 1 - 1.4 * x * x + y, 0.3 * x, steps + 1
             rows.append({"steps": steps, "x": x.hex(), "ballast": [x.hex()] * 100})
