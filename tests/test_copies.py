@@ -11,31 +11,23 @@ from heavytop.classification.reduced import AxisMotion
 
 from .motions import BOOK, KICKED
 
-T = "0.7"
-
-AXIS = (0.0, 0.6, 0.8), (1.0, 3.0, 4.0), 1.0
-
 
 def scene(**more):
     return ht.Scene(BOOK, KICKED, time=1, **more)
 
 
-def of_motion(m):
-    return m.at(0.7).phi, m.at(T, 40).phi, m.kind, m.period, m.roots, m.constants
-
-
-def of_enclosure(e):
-    return e.interval("period"), e.interval("roots"), e.interval("theta", T, 20), e.spin
-
-
 def of_run(t):
     assert len({t.events, t(0.7)}) == 2  # of two that hold arrays == has an answer
-    return t(0.7), t.events.t, t.samples.phi, repr(t.in_mpmath([T]))
+    return t(0.7), t.events.t, t.samples.phi, repr(t.in_mpmath(["0.7"]))
 
 
 MADE = {
-    "motion": (lambda: ht.Motion(BOOK, KICKED), of_motion),
-    "motion of an axis": (lambda: ClosedForm(AxisMotion(*AXIS)), of_enclosure),
+    "motion": (
+        lambda: ht.Motion(BOOK, KICKED),
+        lambda m: (m.at(0.7).phi, m.at("0.7", 40).phi, m.kind, m.period, m.roots, m.constants)),
+    "motion of an axis": (
+        lambda: ClosedForm(AxisMotion((0.0, 0.6, 0.8), (1.0, 3.0, 4.0), 1.0)),
+        lambda m: (*map(m.interval, ("period", "roots")), m.interval("theta", "0.7", 20), m.spin)),
     "run": (lambda: ht.propagate(scene()), of_run),
     "run of 20 digits, attitude": (
         lambda: ht.propagate(scene(digits=20), formulation="attitude"), of_run),

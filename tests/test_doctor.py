@@ -5,7 +5,7 @@ import pytest
 from heavytop import doctor
 
 
-def test_the_document_knows_the_integrator(monkeypatch, tmp_path):
+def test_the_document_says_where_compiled_equations_are_and_how_large(monkeypatch, tmp_path):
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "cache.db").write_bytes(b"12345")
     monkeypatch.setenv("HEYOKA_CACHE_DIR", str(tmp_path))

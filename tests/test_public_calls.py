@@ -9,8 +9,9 @@ import pytest
 
 import heavytop as ht
 
-TOP = ht.Top("3.28e-4", "6.60e-5", "0.0456")
-START = ht.State("0.1", phidot=-15, psidot=140)
+from .motions import BOOK as TOP
+from .motions import KICKED as START
+
 SCENE = ht.Scene(TOP, START, time="0.01", name="scene")
 MOTION = ht.Motion(TOP, START)
 RUN = ht.propagate(SCENE)
@@ -78,16 +79,19 @@ def test_what_a_function_does_not_take_is_refused_by_name(name, place, every):
             continue
         with pytest.raises(ht.HeavyTopError) as refusal:
             named(name)(**needed(name) | {place: wrong})
-        told = str(refusal.value)
-        assert (wrong if isinstance(wrong, str) and place in A_PATH else place) in told
-        assert told.isprintable() or "\n" in told
-        assert len(told) < 300
+        message = str(refusal.value)
+        assert (wrong if isinstance(wrong, str) and place in A_PATH else place) in message
+        assert message.isprintable() or "\n" in message
+        assert len(message) < 300
 
 
 SEPARATRIX = ht.load_scene("separatrix")
 HEAVY = replace(SCENE, top=ht.Top.from_parts(mass=1, distance=1, gravity="9.81", A_cm=1, C_cm=1))
 FAST = ht.Scene(ht.Top(1, "1e-7", 1), ht.State(1, psidot="1e7"), time=1)
-REFUSED = [  # a function, what it is given besides, and the keys of all that is wrong
+
+
+# a function, what it is given besides, and the keys of all that is wrong
+@pytest.mark.parametrize(("name", "given", "keys"), [
     ("Scene", {"periods": 1}, "periods"),
     ("Scene", {"quantities": ("thta",)}, "quantities"),
     ("Scene", {"events": "turning"}, "events"),
@@ -121,10 +125,7 @@ REFUSED = [  # a function, what it is given besides, and the keys of all that is
     ("validate", {"names": "holds"}, "names"),
     ("propagate_many", {"digits": 99, "jobs": 0, "formulation": 3}, "digits jobs formulation"),
     ("validate", {"jobs": 0}, "jobs"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("name", "given", "keys"), REFUSED)
+])  # fmt: skip
 def test_all_that_is_wrong_is_named_and_nothing_done(name, given, keys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ht.BadScene) as refusal:

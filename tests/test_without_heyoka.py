@@ -47,7 +47,6 @@ def test_only_the_names_that_integrate_are_refused():
     assert said == [f"{name}: {REFUSAL}" for name in ht.__all__ if name in INTEGRATED]
 
 
-PLANE = "sicm-kicked --x phidot=-20:20:21 --y psidot=-150:150:21"
 CLOSED = (
     "classify sicm-kicked",
     "plan sicm-kicked",
@@ -58,7 +57,7 @@ CLOSED = (
     "report checked -o reported",
     "film sicm-kicked --seconds 0.2 --fps 10 --size 96x72 -o film.gif",
     "explore -o explore.html",
-    f"atlas {PLANE} -j 2 --json",
+    "atlas sicm-kicked --x phidot=-20:20:21 --y psidot=-150:150:21 -j 2 --json",
     "scenes",
     "run --help",
 )
