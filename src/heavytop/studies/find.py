@@ -165,8 +165,7 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     motion_at = cache(partial(motion_of, scene, key))
     if not any(map(motion_at, points)):
         scene.changed(key, points[0])  # which says why not
-    holds: list[Bracket] = []
-    instead = ""
+    holds, instead = list[Bracket](), ""
     if name == "kind":
         brackets = [*_find_zeros(motion_at, points, wanted)]
         if not brackets:
@@ -187,10 +186,8 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
         x = _middle(low, high)
         facts = facts_of(motion_at(x), FOUND_FACTS)
         solutions.append({"value": x, "bracket": (low, high), "proved": proved, "facts": facts})
-    why = ""
-    if not (brackets or holds):
-        ends = fact_quantity(key, ".6g").with_unit(points[0], points[-1], between=" and ")
-        why = f"none between {ends}{instead}"
+    ends = fact_quantity(key, ".6g").with_unit(points[0], points[-1], between=" and ")
+    why = "" if brackets or holds else f"none between {ends}{instead}"
     return Found(
         scene=scene.problem(), vary=vary, so_that=so_that, solutions=solutions, holds=holds, why=why
     )
@@ -334,8 +331,14 @@ def _bisect(distance: Distance, a: float, b: float) -> Bracket:
 
 
 def _with_nearest(distance: Distance, points: Sequence[float]) -> list[float]:
-    """Return points, and between them others where a distance of one sign has a local minimum."""
+    """Return points, and between them others where a distance of one sign has a local minimum.
+
+    And between a nan and a number the last values on both sides.
+    """
     more = []
+    for pair in pairwise(points):
+        if len({math.isnan(distance(x)) for x in pair}) > 1:
+            more += _bisect(lambda x: math.isnan(distance(x)) - 0.5, *pair)
     for triple in zip(points, points[1:], points[2:], strict=False):
         alike = _same_side(distance, *triple[:2]) and _same_side(distance, *triple[1:])
         sizes = [abs(distance(x)) for x in triple]
@@ -382,10 +385,10 @@ def read_range(text: Any) -> tuple[str, Exact, Exact, int]:
 
 
 def _read_samples(text: Any) -> tuple[str, list[float]]:
-    """Return the key of a range, and samples of it: N, or `SAMPLES` in each of two spacings."""
+    """Return the key of a range, and samples: N, or `SAMPLES` in each of two spacings; and 0."""
     key, first, last, count = read_range(text)
     low, high = float(first), float(last)
-    points = {*even_values(first, last, count or SAMPLES + 1), high}
+    points = {*even_values(first, last, count or SAMPLES + 1), 0.0, high}
     if low * high > 0 and not count:
         points |= {low * (high / low) ** (k / SAMPLES) for k in range(SAMPLES)}
     return key, sorted(x for x in points if low <= x <= high)
