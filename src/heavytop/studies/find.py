@@ -335,7 +335,7 @@ def _with_nearest(distance: Distance, points: Sequence[float]) -> list[float]:
 
     And between a nan and a number the last values on both sides.
     """
-    more = []
+    more = list[float]()
     for pair in pairwise(points):
         if len({math.isnan(distance(x)) for x in pair}) > 1:
             more += _bisect(lambda x: math.isnan(distance(x)) - 0.5, *pair)
