@@ -172,10 +172,10 @@ class Events:
         """
         if kind not in EVENT_KINDS:
             raise Impossible([("kind", f"one of {', '.join(EVENT_KINDS)}, not {kind!r}")])
-        here = [k in KINDS_OF.get(kind, (kind,)) for k in self.kind]
-        some = np.array(here, dtype=bool)
+        some = np.array([k in KINDS_OF.get(kind, (kind,)) for k in self.kind], dtype=bool)
         kept = {name: getattr(self, name)[some] for name in (*STORED, "place")}
-        return Events(tuple(compress(self.kind, here)), asked=self.asked, **kept)
+        own = self.own and {name: column[some] for name, column in self.own.items()}
+        return Events(tuple(compress(self.kind, some)), asked=self.asked, own=own, **kept)
 
     @property
     def is_turning(self) -> NDArray[np.bool_]:
