@@ -110,7 +110,9 @@ def number(x: arb, beside: Any = 0) -> float:
 
 def scaled(size: Any, row: list[arb]) -> list[float]:
     """Constants times a size."""
-    return [float(known_ball(size * x, abs(size))) for x in row]
+    row, beside = [size * x for x in row], abs(size)
+    limit = beside * KNOWN
+    return [float(x if x.rad() <= limit else known_ball(x, beside)) for x in row]
 
 
 def known_ball(x: arb, beside: Any = 0) -> arb:
@@ -144,12 +146,8 @@ def linear(start: arb, step: arb, rate: arb, slowest: Any = 0) -> Callable[..., 
     t and the result are pairs.
     """
     one = 1 if slowest else 0
-    start, step, rate = (
-        known_ball(start, one),
-        known_ball(step, one),
-        known_ball(rate, slowest),
-    )
-    total = pairs.Linear(start, step, rate)
+    terms = known_ball(start, one), known_ball(step, one), known_ball(rate, slowest)
+    total = pairs.Linear(*terms)
     return lambda n, t, *more: total(n, *t, *more)
 
 
