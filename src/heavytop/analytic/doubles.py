@@ -105,17 +105,17 @@ def _times(t: Any, t_lo: Any) -> tuple[Any, Any, tuple[int, ...]]:
 
 def number(x: arb, beside: Any = 0) -> float:
     """A constant as a double."""
-    return float(known_ball(x, beside))
+    return float(precise_ball(x, beside))
 
 
 def scaled(size: Any, row: list[arb]) -> list[float]:
     """Constants times a size."""
     row, beside = [size * x for x in row], abs(size)
     limit = beside * KNOWN
-    return [float(x if x.rad() <= limit else known_ball(x, beside)) for x in row]
+    return [float(x if x.rad() <= limit else precise_ball(x, beside)) for x in row]
 
 
-def known_ball(x: arb, beside: Any = 0) -> arb:
+def precise_ball(x: arb, beside: Any = 0) -> arb:
     """Return a constant; raise `TooFewBits` where its error is above `KNOWN`."""
     if not x.rad() <= (abs(x) + beside) * KNOWN:
         raise TooFewBits("a constant of the closed form and 0", x)
@@ -146,7 +146,7 @@ def linear(start: arb, step: arb, rate: arb, slowest: Any = 0) -> Callable[..., 
     t and the result are pairs.
     """
     one = 1 if slowest else 0
-    terms = known_ball(start, one), known_ball(step, one), known_ball(rate, slowest)
+    terms = precise_ball(start, one), precise_ball(step, one), precise_ball(rate, slowest)
     total = pairs.Linear(*terms)
     return lambda n, t, *more: total(n, *t, *more)
 

@@ -205,7 +205,7 @@ def _precession_rate(top: Top, x: Numbers) -> Exact:
 def _solve_quadratic(top: Top, values: Values, x: Numbers) -> Exact:
     """The unknown one of p_φ, p_ψ and θ̇: the energy is least + (unknown − middle)² / square."""
     u, sin2 = cos(x["theta"]), sin(x["theta"]) ** 2
-    least, middle = top.gMR * u + _known_energy(top, values, x), ZERO
+    least, middle = top.gMR * u + _rate_energy(top, values, x), ZERO
     branches = "forward", "backward"
     if "thetadot" not in x:
         branches, square = ("falling", "rising"), 2 / top.A
@@ -227,7 +227,7 @@ def _solve_quadratic(top: Top, values: Values, x: Numbers) -> Exact:
 
 def _solve_tilt(top: Top, values: Values, x: Numbers) -> Exact:
     """The unknown θ, where θ̇ is given: its cosine is a root of a cubic in (−1, 1)."""
-    known = _known_energy(top, values, x)
+    known = _rate_energy(top, values, x)
     free, p_phi, p_psi = values[_energy_name(values)] - known, x["p_phi"], x["p_psi"]
     roots = _real_roots(
         2 * top.A * top.gMR,
@@ -243,7 +243,7 @@ def _solve_tilt(top: Top, values: Values, x: Numbers) -> Exact:
     return acos(between[0 if _branch_sign(values, "falling", "rising") == 1 else -1])
 
 
-def _known_energy(top: Top, values: Values, x: Numbers) -> Exact:
+def _rate_energy(top: Top, values: Values, x: Numbers) -> Exact:
     """The energy of a known θ̇, and that of a known spin where the energy that is given is E."""
     spins = "E" in values and "p_psi" in x and top.C.sign() != 0
     spin_energy = x["p_psi"] ** 2 / (2 * top.C) if spins else ZERO
