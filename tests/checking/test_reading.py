@@ -108,7 +108,7 @@ def test_every_kind_of_file_is_read(tmp_path, name):
 
 def test_a_component_that_is_named_goes_with_usual_ones():
     x, y, z = RECORD.axis.T
-    named = read({"t": TIMES, "a": x, "ey": y, "ez": z}, {"axis_x": "a"})
+    named = read({"t": TIMES, "ex": z, "a": x, "ey": y, "ez": z}, {"axis_x": "a"})
     for data in (named, read({"t": TIMES, "x": x, "y": y, "z": z})):
         assert abs(data.values["axis"] - RECORD.axis).max() < 1e-15
 
@@ -118,6 +118,7 @@ FIVE = {"t": range(5)}
 
 @pytest.mark.parametrize(("fault", "data"), {
     "a column t of at least 5 times": {"theta": [1, 2]},
+    "5 times is needed (1 found)": {"t": [1] * 9, "theta": [1] * 9},
     "t: the times must increase or decrease: row 5": {"t": [0, 1, 2, 3, 1], "theta": [1] * 5},
     "theta: needs the shape (5,), not (4,)": FIVE | {"theta": [1] * 4},
     "is needed in row 3": FIVE | {"phi": [0, 0, np.inf, 0, 0]},

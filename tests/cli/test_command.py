@@ -74,6 +74,7 @@ def test_python_m_is_the_command_and_completed_as_it():
 @pytest.mark.parametrize(("words", "expected"), {  # words: the code, and all that is named
     "runn sicm-kicked": (2, "'run'?"),
     "atlas": (2, "SCENE"),
+    "run ": (2, "SCENE empty"),
     "film sicm-kicked": (2, "-o"),
     "run sicm-kicked --verbos": (2, "--verbos"),
     "run sicm-kicked --set start.phidot 14": (2, "14"),
@@ -82,6 +83,7 @@ def test_python_m_is_the_command_and_completed_as_it():
     "run sicm-kicked -o /proc/nowhere/out": (2, "/proc/nowhere/out"),
     "drift sicm-kicked --methods x --periods 0": (2, "--periods --methods"),
     "film sicm-kicked -o x.gif --size=80x": (2, "--size"),
+    "film sicm-kicked -o /proc/nowhere/out": (2, "--output"),
     "find sicm-kicked": (2, "--vary --so-that"),
     "run sicm-kicked --digits 0 --formulation x": (2, "digits=0 formulation=x"),
     "run sicm-kicked --unit el -o /proc/x/y --set top.A=-1": (2, "el /proc/x/y top.A=-1"),
@@ -97,7 +99,7 @@ def test_python_m_is_the_command_and_completed_as_it():
 def test_all_that_is_wrong_is_named_before_anything_runs(words, expected, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     fail_with(monkeypatch, AssertionError("integrated"))
-    (code, named), result = expected, heavytop_(*words.split())
+    (code, named), result = expected, heavytop_(*words.split(" "))
     said = result.stderr.replace(" = ", "=").replace('"', "")
     assert (result.exit_code, result.stdout) == (code, "")
     assert [x for x in named.split() if x not in said] == []

@@ -124,7 +124,8 @@ def choose_columns(
             own = next(iter(meanings(alike[0])), meant[0]).unit
             if spelled := unit or split[alike[0]][1]:
                 own = parse_unit(spelled, key)
-            possible[alike[0]] = [meant[0]._replace(unit=own)]
+            # Before columns that mean the same by their own names.
+            possible = {alike[0]: []} | possible | {alike[0]: [meant[0]._replace(unit=own)]}
     found: Headers = {}
     for quantity, shape in READ_SHAPES.items():
         here = {
@@ -219,22 +220,21 @@ def _usable_rows(
     if faults:
         return rows
     there = f"there are {', '.join([*table][:COLUMNS_LISTED]) or 'no columns'}"
-    if rows.size < LEAST_ROWS:
-        rule = f"a column t of at least {LEAST_ROWS} times is needed"
-        faults.append(f"{rule} ({rows.size} found); {there}")
-        return rows
     if not values.keys() & {*POSITIONS}:
         faults.append(f"numbers of angles, axis, quaternion or matrix are needed; {there}")
     if rows.size < kept.size:
         remarks.append(f"{kept.size - rows.size} masked rows are not judged")
-    if values["t"][rows[-1]] < values["t"][rows[0]]:
-        rows = rows[::-1]
+    times = values.get("t", np.zeros(0))[rows]
+    if times.size and times[-1] < times[0]:
+        rows, times = rows[::-1], times[::-1]
         remarks.append("the times decrease: the rows are turned round")
-    steps = np.diff(values["t"][rows], prepend=-np.inf)
+    steps = np.diff(times, prepend=-np.inf)
     if (steps == 0).any():
         remarks.append(f"what repeats a time is left out: {_row_list(steps == 0)}")
     if (steps < 0).any():
         faults.append(f"t: the times must increase or decrease: {_row_list(steps < 0)}")
+    if (n := np.count_nonzero(steps)) < LEAST_ROWS:
+        faults.append(f"a column t of at least {LEAST_ROWS} times is needed ({n} found); {there}")
     return rows[steps != 0]
 
 

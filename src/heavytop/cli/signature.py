@@ -103,15 +103,15 @@ def read_pairs(text: str) -> dict[str, str]:
     return {name: value for name, _, value in pairs}
 
 
-def read_path(text: str) -> Path:
-    """Read a path; refuse an empty one, which would be the current folder."""
+def read_name(text: str) -> str:
+    """Read a name; refuse an empty one, such as that of a shell variable that is not set."""
     if not text:
-        raise click.BadParameter("the name of a file or a folder cannot be empty")
-    return Path(text)
+        raise click.BadParameter("a name cannot be empty")
+    return text
 
 
 TYPES: Final[Mapping[str, tuple[Any, str | None]]] = {
-    "Path": (read_path, "PATH"),
+    "Path": (lambda text: Path(read_name(text)), "PATH"),
     "Sequence[": (read_names, "NAME,…"),
     "Mapping[": (read_pairs, "NAME=VALUE,…"),
     "int": (int, None),
@@ -135,7 +135,8 @@ def options_of(
         given: dict[str, Any] = {"help": about.get(name), "required": each.default is each.empty}
         if name == place:
             given |= {"nargs": -1} if kind == "Sequence[" else {}
-            yield click.Argument([name], type=read_path if kind == "Path" else str, **given)
+            read = TYPES["Path"][0] if kind == "Path" else read_name
+            yield click.Argument([name], type=read, **given)
         elif each.annotation == "bool" and name != "figures":
             yield click.Option([*flags, name], is_flag=True, **given)
         elif kind and name != "changes":
