@@ -118,6 +118,8 @@ def test_an_axis_that_passes_a_pole_at_the_start_has_its_rates(theta, digits):
     assert abs(cubic.phidot - limit) < 1e-15
     for name in ("thetadot", "phidot", "psidot"):
         assert abs(getattr(cubic, name) - getattr(axis, name)) < 1e-15
+    slow = turning(ht.Top(1, "0.5", 0), ht.State(theta, phidot="1e-17"), 1, digits)
+    assert not propagated(slow, "axis").samples.phidot.any()  # psi takes all the spin
 
 
 # --- more digits than doubles have ---------------------------------------------------------------

@@ -197,9 +197,9 @@ class Trajectory(Run, Played):
     def _put_start(self, found: Sample, at_start: NDArray[np.bool_]) -> Sample:
         """Return a sample with the scene's own angles and rates at time 0, if within rounding."""
         columns = {}
-        for names in (ANGLES, RATES):
+        for names, least in ((ANGLES, 1.0), (RATES, 0.0)):  # rates have no natural size
             start = [float(getattr(self.scene.start, name)) for name in names]
-            rounding = START_ROUNDING * max(1.0, *map(abs, start))
+            rounding = START_ROUNDING * max(least, *map(abs, start))
             for name, exact in zip(names, start, strict=True):
                 column = getattr(found, name)
                 equal = at_start & (abs(column - exact) <= rounding)
