@@ -220,7 +220,7 @@ def _usable_rows(
     if faults:
         return rows
     there = f"there are {', '.join([*table][:COLUMNS_LISTED]) or 'no columns'}"
-    if not values.keys() & {*POSITIONS}:
+    if "t" in values and not values.keys() & {*POSITIONS}:
         faults.append(f"numbers of angles, axis, quaternion or matrix are needed; {there}")
     if rows.size < kept.size:
         remarks.append(f"{kept.size - rows.size} masked rows are not judged")
