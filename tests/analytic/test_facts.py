@@ -236,6 +236,7 @@ def test_with_a_last_digit_less_than_the_threshold_something_grows():
 @pytest.mark.parametrize(("top", "start", "ratio", "percent"), [
     (SIMO_WONG, {"theta": "0.3", "omega3": 50}, 6.25, [-4, -8, -15]),
     (BOOK, {"theta": "0.1", "psidot": 140}, 1.43, [-22, -44, -69]),
+    (BOOK, {"theta": "0.1", "omega3": 125}, 1.14, [-31, -62, -86]),
 ])  # fmt: skip
 def test_how_far_off_a_top_let_go_is(top, start, ratio, percent):
     known = of(top, **start)

@@ -1,7 +1,7 @@
 """The solution as near as 1e-150 to special motions, and exactly through poles, by itself.
 
 Angles, differentiated numerically, satisfy Lagrange's equation and keep p_φ ∓ p_ψ, E' and ω3.
-Through a pole φ jumps by π, and ψ by −π at the top, by π at the bottom, and the attitude goes on.
+Through a pole φ jumps by π, and ψ by −π at the top, by π at the bottom; the attitude turns with ω.
 """
 
 from fractions import Fraction
@@ -13,7 +13,7 @@ import heavytop as ht
 from heavytop.exact import PI, Exact, cos
 from heavytop.exact.decimals import context
 
-from ..motions import CONE, LIE, MARGINAL, MOTIONS, motion, named
+from ..motions import CONE, LIE, MARGINAL, MOTIONS, motion, named, product
 from ..views import Bounds, Digits, holds
 
 X = Exact.of
@@ -145,7 +145,7 @@ PASSES = {
 
 @pytest.mark.parametrize("name", PASSES)
 def test_angles_jump_and_the_attitude_turns_on(name):
-    """The quaternion has no corner: it bends by |ω|² = ω3² + 2 (E' − V)/A at most."""
+    """q̇ = ½ ω q with |ω|² = ω3² + 2 (E' − V)/A, and ω3 about the axis, on both sides and at it."""
     (A, C, gMR, theta, phidot, psidot, thetadot), pole, half = PASSES[name]
     begun = motion(A, C, gMR, theta, "0.3", "-0.7", thetadot, phidot, psidot)
     form = Digits(begun, 60)
@@ -168,9 +168,18 @@ def test_angles_jump_and_the_attitude_turns_on(name):
     for one, other in pairwise(places):  # one branch of ±q
         if sum(a * b for a, b in zip(one, other, strict=True)) < 0:
             other[:] = [-x for x in other]
-    for k, i in ((3, 0), (1, 1)):  # without a corner, which would be of first order in h
-        bent = [a - 2 * b + c for a, b, c in zip(places[i], places[2], places[4 - i], strict=True)]
-        assert max(map(abs, bent)) < squared * (k * h) ** 2
+    far, near = (
+        [(b - a) / (2 * k * h) for a, b in zip(places[i], places[4 - i], strict=True)]
+        for i, k in ((0, 3), (1, 1))
+    )
+    rate, here = [(9 * b - a) / 8 for a, b in zip(far, near, strict=True)], places[2]
+    omega = [2 * x for x in product(rate, [here[0], *(-x for x in here[1:])])]
+    assert abs(omega[0]) < ctx.mpf("1e-40")
+    assert abs(sum(x * x for x in omega[1:]) / squared - 1) < ctx.mpf("1e-40")
+    assert abs(omega[3] - pole * (r.kappa + r.b)) < ctx.mpf("1e-40") * ctx.sqrt(squared)
+    for k, q in zip((-3, -1, 1, 3), places[:2] + places[3:], strict=True):
+        ahead = [a + k * h * b for a, b in zip(here, rate, strict=True)]
+        assert max(abs(a - b) for a, b in zip(q, ahead, strict=True)) < 40 * squared * h**2
 
 
 # --- the start is the given one ------------------------------------------------------------------

@@ -11,24 +11,32 @@ from heavytop.exact.zero import is_identity, separation
 
 HALF, FOURTH = Fraction(1, 2), sqrt(sqrt(2))
 TINY = Exact.of(10) ** -1000
+CUBE = Exact.of("2^(1/3)")
 
 ALGEBRAIC = [
     sqrt(2) * sqrt(3) - sqrt(6),
+    Exact.of("sqrt(4^(1/2))") - sqrt(2),
+    FOURTH**5 / 2 - FOURTH,
     (FOURTH - 1) * (1 + FOURTH + FOURTH**2 + FOURTH**3) - 1,
     (sqrt(53) + sqrt(59)) ** 2 - 112 - 2 * sqrt(3127),
     1 / (1 + 1 / (1 + sqrt(2))) - 1 / sqrt(2),
     cos(PI / 7) - cos(PI * 2 / 7) + cos(PI * 3 / 7) - HALF,
     cos(PI / 5) - (1 + sqrt(5)) / 4,
+    (sqrt(2 + sqrt(3)) + 1) * (sqrt(2 + sqrt(3)) - 1) - 1 - sqrt(3),
     sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3),
     Exact.of("(7 + 5*sqrt(2))^(1/3)") - 1 - sqrt(2),
+    (CUBE - 1) * (CUBE**2 + CUBE + 1) - 1,
     sin(acos("3/5") + PI / 6) - Exact.of("0.4*sqrt(3) + 0.3"),
     tan(atan("1/2") + atan("1/3")) - 1,
 ]
 IDENTITIES = [
     sqrt(PI**2 * 12) - 2 * sqrt(3) * PI,
+    sqrt(1 + PI) ** 2 - 1 - PI,
     (1 - PI) ** 2 / (PI - 1) - PI + 1,
     (1 + cos(1)) ** HALF * (1 + cos(1)) ** (3 * HALF) - (1 + cos(1)) ** 2,
     (sqrt(PI) + 1) * (sqrt(PI) - 1) - PI + 1,
+    sin(1) ** 2 + cos(1) ** 2 - 1,
+    sqrt(1 - cos(1) ** 2) - sin(1),
     sqrt(1 - cos(4) ** 2) + sin(4),
     cos(2) * (sqrt(1 - cos(1) ** 2) - sin(1)),
     cos("0.2") - 2 * cos("0.1") ** 2 + 1,
@@ -64,8 +72,10 @@ def test_of_what_is_zero_by_no_identity_the_sign_is_open():
 @pytest.mark.parametrize("different", [
     sqrt((1 + cos(1)) * (1 - cos(1))) - (1 - cos(1) ** 2) ** (3 * HALF),
     sqrt(2 + sqrt(3)) - sqrt(3 + sqrt(2)),
+    cos(1) - cos(2),
     sin(1) + sin(-2),
     sqrt(1 + cos(1)) - sqrt(2 + 2 * cos(1)),
+    sqrt(1 + cos(1)) - sqrt(2 + cos(1)),
     (sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3) + TINY) * cos(1),
     acos("0.3") - acos("0.4"),
     sqrt(1 - cos(4) ** 2) - sin(4),  # sin 4 < 0

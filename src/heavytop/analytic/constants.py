@@ -73,8 +73,11 @@ class Constants:
         self.upright = upright = start.mirrored() if regime.mirrored else start
         plus = upright.P_plus if regime.misses_bottom else arb(0)
         self.P = plus, upright.P_minus if regime.misses_top else arb(0)
-        regimes = {"asymptotic": self._set_asymptotic, "nutating": self._set_nutating}
-        regimes.get(regime.name, self._set_steady)(upright)
+        {
+            "steady": self._set_steady,
+            "asymptotic": self._set_asymptotic,
+            "nutating": self._set_nutating,
+        }[regime.name](upright)
 
     def _set_steady(self, upright: Reduced) -> None:
         self.w = self.m = self.delta = arb(0)

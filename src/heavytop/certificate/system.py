@@ -18,7 +18,7 @@ import sympy as sp
 from flint import arb, arb_mat, arb_poly
 
 from heavytop.equations.formulation import Formulation
-from heavytop.exact.pairs import UNIT, Array
+from heavytop.exact.pairs import UNIT, Array, double_double
 
 UP: Final = 1 + 1e-12  # factor that covers the rounding of a sum of positive terms
 _POWER: Final = 4  # squarings: a norm is bounded by tr((S^T S)^16)^(1/32), at most 1.06 times it
@@ -195,5 +195,4 @@ def pair(x: arb) -> tuple[float, float]:
     """
     if not float(x.rad()) <= 1e-30 * (1 + abs(float(x.mid()))):
         raise TooCoarse("a number that is not known well enough")
-    high = float(x.mid())
-    return high, float((x - high).mid())
+    return double_double(x)

@@ -173,8 +173,8 @@ def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -
     if path is not None and not path.suffix:
         folder, path = path, None
     with gather() as attempt:
-        name_of_o = "path" if "path" in takes else "folder"
-        attempt(expect_writable, name_of_o, folder or (path and path.parent))
+        output = "path" if "path" in takes else "folder"  # what -o stands for
+        attempt(expect_writable, output, folder or (path and path.parent))
         units = SI if typed["unit"] is None else attempt(read_units, typed["unit"])
         if of_scene := positional(takes) == "scene":
             given["scene"] = attempt(read_scene, typed["scene"], typed["changes"])
