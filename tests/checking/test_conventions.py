@@ -30,6 +30,7 @@ ALONE += ["friction", "motor"]
 
 @pytest.mark.parametrize("name", ALONE)
 def test_a_convention_that_is_planted_alone_is_named(plants, name):
+    assert name in plants.PLANTS, "validation/47_conventions.py: a row of PLANTS"
     rng = np.random.default_rng([3, *map(ord, name)])
     scene = plants.random_scene(rng)
     data, form = plants.planted(scene, "exact", (name,), rng)

@@ -41,11 +41,28 @@ def test_a_plant_that_no_longer_fits_is_no_plant(tmp_path):
         plants.planted(plant, tmp_path)
 
 
-def test_no_bound_is_above_a_hundred_times_what_was_measured():
-    """By the file beside the register; and plants are caught by claims that are registered."""
-    known = {claim.id: claim for claim in load_claims().values() if not claim.is_proof}
+@pytest.fixture
+def known():
+    return {claim.id: claim for claim in load_claims().values() if not claim.is_proof}
+
+
+@pytest.fixture
+def found():
+    """What claims measured, by the file beside the register."""
     with (Path(plants.__file__).with_name("measured.csv")).open(encoding="utf-8") as file:
-        found = {row["claim"]: float(row["measured"]) for row in csv.DictReader(file)}
+        return {row["claim"]: float(row["measured"]) for row in csv.DictReader(file)}
+
+
+def test_the_page_has_every_authority_with_what_was_measured(known, found, script):
+    page = Path(__file__).parents[2] / "docs" / "validation.md"
+    rows = [known[name].judge(value) for name, value in found.items() if name in known]
+    table = script("page").claims_table({"claims": rows})
+    how = "heavytop validate --json | python validation/page.py writes docs/validation.md"
+    assert table in page.read_text("utf-8"), how
+
+
+def test_no_bound_is_above_a_hundred_times_what_was_measured(known, found):
+    """And plants are caught by claims that are registered."""
     unlike = sorted(found.keys() ^ known.keys())
     how = "heavytop validate NAME --json | python validation/page.py writes measured.csv"
     assert not unlike, f"{how}, which lacks, or has in vain, {', '.join(unlike)}"

@@ -92,4 +92,5 @@ def test_numbers_have_units_arrays_shapes_and_notes_a_test(name):
                 assert re.search(r"shape|of the length", words), (names, "shape")
     for text in (said(thing), *(said(each) for _, each in members(thing))):
         for note in re.findall(r"^Accuracy: (?:.+\n?)+", text, re.MULTILINE):
-            assert FILE.search(note), note  # that it exists, test_pages.py sees
+            # That it exists, test_pages.py sees.
+            assert FILE.search(note), f"{note}  names no ``tests/…`` or ``validation/…``"

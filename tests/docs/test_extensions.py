@@ -44,7 +44,9 @@ def test_the_reference_has_every_verb_with_all_it_takes(extension):
     assert sections.keys() == verbs.keys()
     for name, verb in verbs.items():
         [page] = re.findall(r"\[More\]\((.+?)\)", sections[name])
-        assert (EXTENSIONS.parent / page).exists(), f"docs/{page}, or a row of PAGES in verbs.py"
+        assert (EXTENSIONS.parent / page).exists(), (
+            f"docs/{page}, or a row of PAGES in docs/_ext/verbs.py"
+        )
         said = set(re.findall(r"`(-[-\w]+)", sections[name]))
         assert said == {option for each in verb.params for option in each.opts if option[0] == "-"}
 

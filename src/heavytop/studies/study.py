@@ -1,12 +1,12 @@
 """Run the tasks of a study in any executor, and resume a study that was killed.
 
-A kind of study is a module with four functions; `STUDIES` has them all:
+A kind of study is a module with three functions; `STUDIES` has all modules:
 
     tasks(parameters) -> names of the tasks, always the same and in the same order
     advance(parameters, task, checkpoint) -> Iterator[Chunk]    # after a checkpoint, None at first
-    collect(journal) -> Result
     complete(journal, **how) -> Result    # runs what is left, with arguments of `run`
 
+Parameters are for JSON, with ``kind``, the name of the module, and ``versions`` of what it needs.
 The rows of a task depend on parameters and task alone, not on who did the work or how often it was
 interrupted. A HeavyTopError in `advance` ends a task as failed.
 """
