@@ -93,6 +93,8 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
 def test_other_versions_are_refused(tmp_path, monkeypatch):
     printed(*QUICK, "taylor-axis", "-o", tmp_path, "--no-figures")
     before = files(tmp_path)
+    printed("resume", tmp_path)  # without figures, too
+    assert files(tmp_path) == before
     here = study._versions()
     monkeypatch.setattr(study, "_versions", lambda: here | {"heyoka": "99"})
     assert "versions.heyoka" in refused(3, "resume", tmp_path)

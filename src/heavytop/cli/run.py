@@ -80,17 +80,19 @@ def resume(
     from heavytop.studies.journal import first_line
 
     begun = first_line(folder)
+    figures &= " --no-figures" not in (begun.get("command") or "")
     with typing(begun.get("command") or typed()):  # the command that began it
         if not (run := begun.get("run")):
             finished = any((folder / name).exists() for name in RESULTS)
             found = study.resume(folder, progress=progress, **how)
-            return CommandResult(found, [(Exit.OK, f"{folder}: this study is finished")] * finished)
+            notes = [(Exit.OK, f"{folder}: this study is finished")] * finished
+            return CommandResult(found, notes, figures=figures)
         if known := finished_run(folder):
             code = Exit.OK if known.outcome == Outcome.FINISHED else Exit.ENDED_EARLY
             return CommandResult(known, [(code, f"{folder}: this run is {known.outcome}")])
         scene, asked = read_scene(run["text"], f"{run['name']}.toml"), begun["parameters"]
         asked = {name: asked[name] for name in ("formulation", "tolerance")}
-        return run_folder(folder, scene, asked, figures and run["figures"], progress)
+        return run_folder(folder, scene, asked, figures, progress)
 
 
 def run_folder(
@@ -106,7 +108,7 @@ def run_folder(
     plan = plan_motion(scene, motion, **asked)
     with ExitStack() as held:
         if folder:
-            held.enter_context(open_run(folder, scene, asked, figures=figures, force=force))
+            held.enter_context(open_run(folder, scene, asked, force=force))
         run, early = integrate(scene, motion, plan, folder, progress)
         result = run_result(run)
         problems = problems_of(result, early, folder)

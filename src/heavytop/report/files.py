@@ -58,12 +58,7 @@ def finished_run(folder: Path) -> RunResult | None:
 
 @contextmanager
 def open_run(
-    folder: Path,
-    scene: Scene,
-    asked: Mapping[str, Any],
-    *,
-    figures: bool = True,
-    force: bool = False,
+    folder: Path, scene: Scene, asked: Mapping[str, Any], *, force: bool = False
 ) -> Iterator[None]:
     """Lock a folder for one run, which is identified by its scene and the options `asked`.
 
@@ -80,7 +75,7 @@ def open_run(
         Ctrl-C, or a file that cannot be written: the run can be resumed from the folder.
     """
     parameters = {"kind": RUN, "scene": tables_of(scene), **asked, "versions": versions()}
-    about = {"name": scene.name, "text": scene.to_toml(), "figures": figures}
+    about = {"name": scene.name, "text": scene.to_toml()}
     files = files_of(RunResult)
     try:
         kind = first_line(folder).get("parameters", parameters)["kind"]
