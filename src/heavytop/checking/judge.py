@@ -113,7 +113,13 @@ def check(
     named = {each.name for each in found}
     declared = [Finding(x, "the header says so") for x in given.declared if x not in named]
     conventions = (*found, *declared)
-    assumed = [*given.remarks, *_remark_angles(judged), *(f"undone: {x}" for x in undone)]
+    assumed, digits = (
+        [*given.remarks, *_remark_angles(judged)],
+        _digits(_largest_errors(comparison)),
+    )
+    if undone:
+        without = _digits(_largest_errors(Comparison(given.values, *motion)))
+        assumed.append(f"undone: {', '.join(undone)} ({digits:.1f} digits, without {without:.1f})")
     if verdict.alike:
         names = sorted(name for step in steps for name in step.names)
         assumed.append(f"judged as {' and '.join(names) or 'they are'}")
@@ -132,7 +138,7 @@ def check(
         origin=comparison.origin,
         errors=dict.fromkeys(CHECKED_QUANTITIES) | sizes | {"phase_s": phase.phase},
         digits=_digits(largest),
-        digits_as_given=_digits(_largest_errors(comparison)),
+        digits_as_given=digits,
         growth={"phase": phase.growth, **growth},
         events=dict.fromkeys(EVENTS) | method.count_events(judged),
         condition=condition,

@@ -154,7 +154,8 @@ class Check(Result):
         if self.alternatives:
             first.append(f"It could be {' or '.join(map(_names, self.alternatives))}.")
         good = f"The data have {self.digits:.1f} digits then: {self.method.sentence}."
-        return " ".join([*(first or ["No convention has to be undone."]), good])
+        other = "other " * any(text.startswith("undone: ") for text in self.assumed)
+        return " ".join([*(first or [f"No {other}convention has to be undone."]), good])
 
     def _columns_in_words(self) -> str:
         """Return the columns that were used, and the others."""
