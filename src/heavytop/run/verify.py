@@ -247,6 +247,8 @@ def warn_of_misses(found: Misses, digits: int, stacklevel: int = 3) -> None:
 def miss_text(found: dict[str, float], digits: int) -> str:
     """Return in words which errors are larger than the digits allow."""
     off = ", ".join(f"{name} {error:.1e}" for name, error in found.items())
+    late = f"; event_time: at least 1e-{digits} periods" * ("event_time" in found)
+    off += f" (allowed: 1e-{digits} max(1, |x|){late})"
     return f"{digits} digits were requested and are not met: off the closed form by {off}"
 
 
