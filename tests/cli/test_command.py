@@ -94,6 +94,7 @@ def test_python_m_is_the_command_and_completed_as_it():
     "check x.csv --digits -1 --as x --set top.A=1": (2, "--digits --as --set"),
     "report . --set top.A=1 nosuch": (2, "places changes"),
     "report nosuch": (3, "nosuch"),
+    f"resume {__file__}": (3, __file__),
     "report . nosuch": (2, "places nosuch"),
     "report sicm-kicked sicm-dropped": (2, "places"),
 }.items())  # fmt: skip

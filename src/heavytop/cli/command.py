@@ -174,7 +174,8 @@ def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -
         folder, path = path, None
     with gather() as attempt:
         output = "path" if "path" in takes else "folder"  # what -o stands for
-        attempt(expect_writable, output, folder or (path and path.parent))
+        if positional(takes) != output:  # the folder of `resume` is data
+            attempt(expect_writable, output, folder or (path and path.parent))
         units = SI if typed["unit"] is None else attempt(read_units, typed["unit"])
         if of_scene := positional(takes) == "scene":
             given["scene"] = attempt(read_scene, typed["scene"], typed["changes"])

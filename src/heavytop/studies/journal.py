@@ -227,9 +227,9 @@ def first_line(folder: Path) -> dict[str, Any]:
         It is damaged.
     """
     path = folder / STUDY
-    if path.is_symlink() or (path.exists() and not path.is_file()):
-        raise ForeignFile(f"{path}: no regular file")
     try:
+        if path.is_symlink() or (path.exists() and not path.is_file()):
+            raise ValueError("no regular file")
         with path.open("rb") as file:
             line = file.readline()
         cut = not line.endswith(b"\n") and DIGEST_BEGINS.startswith(line[: len(DIGEST_BEGINS)])
