@@ -139,7 +139,7 @@ def test_errors_are_of_the_types_that_python_has_for_them():
         ht.Motion(START, TOP)
     with pytest.raises(ht.ForeignFile, match="null byte"):
         ht.load_atlas("\0")
-    with pytest.raises(OSError, match="'\\.'"):
+    with pytest.raises(ht.HeavyTopError, match="path: the name of a file, not '\\.'"):
         RUN.save("")
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from threading import get_ident
 from typing import Any, Final
 
-from heavytop.errors import ForeignFile, InUse
+from heavytop.errors import ForeignFile, Impossible, InUse
 from heavytop.text import printable
 
 FAULTS: Final = (
@@ -48,6 +48,8 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
 
     A reader, or a crash at any moment, finds the old file or the new one, never a part.
     """
+    if not path.name:
+        raise Impossible([("path", f"the name of a file, not {str(path)!r}")])
     part = path.parent / f".{os.getpid()}{get_ident()}.{path.name[-200:]}"
     try:
         write(part)

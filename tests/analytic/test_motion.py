@@ -43,6 +43,8 @@ def test_digits_and_many_times():
     for digits in (0, 10_001, "20"):
         with pytest.raises(ValueError, match="a whole number from 1 to 10000"):
             motion.at(1, digits=digits)
+        with pytest.raises(Impossible, match="digits"):
+            motion.mpf("period", digits)
     for name, t, said in (("x", 1, "theta"), ("period", 1, "theta"), ("x", None, "period")):
         with pytest.raises(Impossible, match=f"name = .*one of .*{said}"):
             motion.interval(name, t)

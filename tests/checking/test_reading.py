@@ -122,6 +122,7 @@ FIVE = {"t": range(5)}
     "t: the times must increase or decrease: row 5": {"t": [0, 1, 2, 3, 1], "theta": [1] * 5},
     "theta: needs the shape (5,), not (4,)": FIVE | {"theta": [1] * 4},
     "is needed in row 3": FIVE | {"phi": [0, 0, np.inf, 0, 0]},
+    "is needed in row 2": FIVE | {"phi": [0, 10**400, 0, 0, 0]},
     "no vector of length 0": FIVE | {"axis": np.zeros((5, 3))},
     "numbers of angles, axis": FIVE | {"theta": [np.nan] * 5},
 }.items())  # fmt: skip

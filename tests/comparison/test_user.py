@@ -156,10 +156,10 @@ def test_what_cannot_be_loaded_is_told(file, text, fault, monkeypatch):
         user.register(text)
 
 
-@pytest.mark.parametrize("setting", [0, -1.0, np.inf, "1e-9"])
-def test_a_setting_is_a_positive_number(setting):
-    with pytest.raises(Impossible, match=r"formulation: .*\nsetting"):
-        user.Method(rk4, formulation="x", setting=setting)
+@pytest.mark.parametrize("setting", [0, -1.0, np.inf, "1e-9", 10**400])
+def test_a_setting_is_a_positive_number_and_an_order_a_small_one(setting):
+    with pytest.raises(Impossible, match=r"formulation: .*\nsetting: .*\norder"):
+        user.Method(rk4, formulation="x", setting=setting, order=setting)
 
 
 def test_another_process_loads_the_same_file_or_none(file):

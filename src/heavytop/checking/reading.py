@@ -163,7 +163,8 @@ def _floats(column: Any) -> Array | None:
     if values.dtype.kind == "O":
         import pandas
 
-        values = np.reshape(pandas.to_numeric(values.ravel(), errors="coerce"), values.shape)
+        finite = [np.inf if isinstance(x, int) and abs(x) > 1e300 else x for x in values.flat]
+        values = np.reshape(pandas.to_numeric(finite, errors="coerce"), values.shape)
     if values.dtype.kind not in "fiu" or not np.isfinite(values).any(axis=0).all():
         return None
     return np.atleast_1d(np.squeeze(values.astype(np.float64)))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib
 import inspect
-import math
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -77,11 +76,12 @@ class Method:
     def __post_init__(self) -> None:
         known = (*FORMULATIONS, *BODY_FORMS)
         given: Any = self.setting
-        right = given is None or (isinstance(given, Real) and 0 < float(given) < math.inf)
+        right = given is None or (isinstance(given, Real) and 0 < given <= sys.float_info.max)  # type: ignore[operator]
         rules = (
             (callable(self.function), "function", "must be a function, a step or a solver"),
             (self.formulation in known, "formulation", f"one of {', '.join(known)}"),
-            (right, "setting", "a positive number"),
+            (right, "setting", f"a positive number, at most {sys.float_info.max:.2g}"),
+            (self.order in (None, *range(1, 100)), "order", "a whole number from 1 to 99"),
         )
         if broken := [(key, rule) for holds, key, rule in rules if not holds]:
             raise Impossible(broken)
