@@ -47,6 +47,9 @@ BOOK = "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456"
     ("[start]\n", "", None, "start", "a scene has a table [start]"),
     ("format = 1", "", None, "format", "begins with format = 1"),
     ('"psi"]', '"psi]', 22, "want.quantities", "stand in quotes"),
+    ("phidot", "steady = false\nphidot", 14, "start.steady", "true, or one of slow, fast"),
+    ("-15", "{a = 1}", 14, "start.phidot", "a number is not a table"),
+    ("-15", "1" * 5000, None, "scene", "an integer has more than 4300 digits"),
 ])  # fmt: skip
 def test_one_fault_is_named_with_its_place(old, new, line, key, rule):
     found = [f for f in faults(read_scene, GOOD.replace(old, new, 1), "some.toml") if f.key == key]

@@ -390,8 +390,8 @@ def rational_value(x: Any) -> Fraction:
         return x
     if isinstance(x, bool) or not isinstance(x, (numbers.Real, Decimal)):
         kind = type(x).__name__
-        what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, with_article(kind))
-        raise NotANumber(f"a number is not {what}")
+        what = {"bool": "true or false", "NoneType": "nothing", "dict": "a table"}
+        raise NotANumber(f"a number is not {what.get(kind, with_article(kind))}")
     value: Any = x
     try:
         if isinstance(x, numbers.Rational):

@@ -48,6 +48,10 @@ def parse(text: str) -> dict[str, Any]:
     """
     try:
         return tomllib.loads(text, parse_float=_decimal)
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:  # of int()
+        raise ValueError("an integer has more than 4300 digits") from None
     except RecursionError:
         raise ValueError("tables or lists are nested too deeply") from None
 

@@ -19,6 +19,7 @@ from heavytop.scene import arguments
 from heavytop.scene.arguments import Numbers, Reader, Way, exact_numbers, one_of, short_text
 from heavytop.scene.quantities import ANGLES, PLAIN_NUMBER, QUANTITY_READERS, RATES
 from heavytop.scene.top import Top
+from heavytop.text import nearest
 
 Values = Mapping[str, Any]
 
@@ -375,7 +376,9 @@ WITHOUT_TOP: Final = "top"
 
 def _read_steady(value: object) -> object:
     """True, "slow" or "fast"."""
-    return value is True or one_of({"slow": "slow", "fast": "fast"})(value)
+    if value is True or (isinstance(value, str) and value in ("slow", "fast")):
+        return value
+    raise Refused("true, or one of slow, fast", nearest(value, ("slow", "fast")))
 
 
 def _vector(read: Reader, count: int, value: Any, rule: str = "") -> tuple[Any, ...]:
