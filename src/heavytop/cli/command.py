@@ -42,7 +42,6 @@ EXIT_CODES: Final = (
 DEFAULT_SCENE: Final = "sicm-kicked"
 COMPLETION: Final = "_HEAVYTOP_COMPLETE"  # the variable by which a shell asks for words
 PROGRESS_S: Final = 30.0  # between two lines of progress
-TABLE_ENDINGS: Final = (".csv", ".json")
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
 
 Problem = tuple[Exit, str]
@@ -278,7 +277,7 @@ def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figur
     from heavytop.report.files import write_result
     from heavytop.results.base import Result
 
-    found, problems, shown = answer.found, [*answer.problems], False
+    found, problems, shown, written = answer.found, [*answer.problems], False, ""
 
     def show() -> None:
         nonlocal shown
@@ -293,6 +292,7 @@ def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figur
                 found = replace(found, files=write_result(found, folder, figures=drawn, show=first))
         if path is not None and not isinstance(found, str):
             found.save(path)
+            written = f"wrote {printable(path)}"
     except (errors.StoppedEarly, OSError) as fault:
         problems.append(problem_of(fault))
     if isinstance(found, Result):
@@ -302,8 +302,10 @@ def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figur
     if shown:
         print("\n" * bool(found.files), end="")
         print_found(found.files_table, None)
-    elif path is None or path.suffix.lower() not in TABLE_ENDINGS or option("json"):
+    elif path is None or isinstance(found, str) or option("json"):
         print_found(found, answer.document)
+    elif written:
+        print(written, flush=True)
     exit_with(problems)
 
 

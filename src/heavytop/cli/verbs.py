@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop import errors
-from heavytop.cli.command import TABLE_ENDINGS, CommandResult, option, print_error, read_scene
+from heavytop.cli.command import CommandResult, option, print_error, read_scene
 from heavytop.cli.run import run_folder
 from heavytop.errors import Exit, Impossible
 from heavytop.scene.arguments import Broken, gather
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from heavytop.scene.scene import Scene
 
 RUN_DEFAULTS: Final = {"formulation": "auto", "tolerance": None}
+TABLE_ENDINGS: Final = (".csv", ".json")
 
 
 # --- studies ---------------------------------------------------------------------------------
