@@ -83,7 +83,7 @@ def test_python_m_is_the_command_and_completed_as_it():
     f"run sicm-kicked -o {__file__}": (2, __file__),
     "run sicm-kicked -o /proc/nowhere/out": (2, "/proc/nowhere/out"),
     "drift sicm-kicked --methods x --periods 0": (2, "--periods --methods"),
-    "film sicm-kicked -o x.gif --size=80x": (2, "--size"),
+    "film sicm-kicked -o new/x.gif --size=80x": (2, "--size"),
     "film sicm-kicked -o /proc/nowhere/out": (2, "--output"),
     "find sicm-kicked": (2, "--vary --so-that"),
     "run sicm-kicked --digits 0 --formulation x": (2, "digits=0 formulation=x"),
@@ -103,7 +103,7 @@ def test_all_that_is_wrong_is_named_before_anything_runs(words, expected, tmp_pa
     fail_with(monkeypatch, AssertionError("integrated"))
     (code, named), result = expected, heavytop_(*words.split(" "))
     said = result.stderr.replace(" = ", "=").replace('"', "")
-    assert (result.exit_code, result.stdout) == (code, "")
+    assert (result.exit_code, result.stdout, [*tmp_path.iterdir()]) == (code, "", [])
     assert [x for x in named.split() if x not in said] == []
 
 

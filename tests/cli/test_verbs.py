@@ -152,9 +152,13 @@ def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):
     assert re.search("period 300 ms.*to 3819.72 rpm", printed(*words, "--unit", "rpm,ms"), re.S)
     swept = ("sweep", "sicm-dropped", "--over", "start.psidot=100:400:3", "--facts", "round,ratio")
     assert len(document(*swept, "--unit", "rpm")["rows"]) == 3
-    said = printed(*swept, "--unit", "rpm", "-o", str(tmp_path / "x.csv"))
-    assert said == f"wrote {tmp_path}/x.csv\n"
-    assert (tmp_path / "x.csv").read_text("utf-8").startswith("start.psidot [rpm],kind,round [s]")
+    said = printed(*swept, "--unit", "rpm", "-o", str(tmp_path / "new" / "x.csv"))
+    assert said == f"wrote {tmp_path}/new/x.csv\n"
+    assert (
+        (tmp_path / "new" / "x.csv")
+        .read_text("utf-8")
+        .startswith("start.psidot [rpm],kind,round [s]")
+    )
     printed(*swept, "-o", str(tmp_path / "out"))
     assert (tmp_path / "out" / "sweep.svg").stat().st_size > 1000
 

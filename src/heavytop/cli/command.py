@@ -178,8 +178,6 @@ def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -
         units = SI if typed["unit"] is None else attempt(read_units, typed["unit"])
         if of_scene := positional(takes) == "scene":
             given["scene"] = attempt(read_scene, typed["scene"], typed["changes"])
-    if path is not None:
-        path.parent.mkdir(parents=True, exist_ok=True)
     context, printed = click.get_current_context(), typed["json"] and folder is path is None
     with typing(command_line(context.obj)), show_units(SI if printed else units):
         if of_scene:
@@ -291,6 +289,7 @@ def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figur
                 first, drawn = None if option("json") else show, figures and answer.figures
                 found = replace(found, files=write_result(found, folder, figures=drawn, show=first))
         if path is not None and not isinstance(found, str):
+            path.parent.mkdir(parents=True, exist_ok=True)
             found.save(path)
             written = f"wrote {printable(path)}"
     except (errors.StoppedEarly, OSError) as fault:
