@@ -54,6 +54,8 @@ def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked
     assert (found.exit_code, [each["name"] for each in verdict["conventions"]]) == (5, ["y-up"])
     assert verdict["digits_as_given"] < 1 < 12 < verdict["digits"]
     printed(*words, "--as", "y-up")
+    shown = printed(*table(tmp_path / "t.csv", t=T, theta=RECORD.theta), "--unit", "ms,deg,rpm")
+    assert not re.search(r"[0-9] (rad/s|rad|s)\b", shown), shown
     worse = str(ht.check({"t": T, "theta": RECORD.theta}, KICKED, undone=["degrees"]))
     assert re.search("No other convention.*undone: degrees [(]0.3 digits, without 1", worse, re.S)
     refused(2, *words, "--as", "up")

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Final, NamedTuple
 
 from heavytop.errors import Exit
-from heavytop.results.base import Result, error_text, nonzero
+from heavytop.results.base import Result, error_of, error_text, nonzero
 from heavytop.results.table import Fact
-from heavytop.scene.quantities import ANGLES
+from heavytop.scene.quantities import ANGLES, quantity_of
 from heavytop.text import printable
 
 CHECKED_QUANTITIES: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
@@ -122,7 +122,8 @@ class Check(Result):
     def facts(self) -> Iterator[Fact]:
         """Yield the verdict, how the data were read, errors, events, and the method found."""
         yield "verdict", self._verdict()
-        yield "data", "{file}: {rows} rows from {span[0]:g} s to {span[1]:g} s".format(**self.data)
+        first, last = map(_time, self.data.span)
+        yield "data", f"{self.data.file}: {self.data.rows} rows from {first} to {last}"
         yield "columns", self._columns_in_words()
         yield "start", f"{ORIGINS[self.origin]}: {nonzero(self.scene['start'], '.10g')}"
         yield from (("assumed", printable(text)) for text in self.assumed)
@@ -136,7 +137,7 @@ class Check(Result):
         for name in CHECKED_QUANTITIES:
             if size := self.errors[name]:
                 most, rms = error_text(name, size.max), error_text(name, size.rms)
-                yield name, f"{most} at t = {size.t_max:g} s, RMS {rms}"
+                yield name, f"{most} at t = {_time(size.t_max)}, RMS {rms}"
         yield from self._phase_in_words()
         for name, count in self.events.items():
             if count is not None:
@@ -145,7 +146,8 @@ class Check(Result):
         kept = (f"{x} {self.method[x]}" for x in CHECKED_QUANTITIES if self.method.get(x))
         yield "method", "; ".join([self.method.sentence, *kept])
         change = "effect of a change in the last binary digit of the problem"
-        yield "conditioning", f"{self.condition:.1e} rad: {change}"
+        moved = error_of("theta").with_unit(self.condition, form=".1e")
+        yield "conditioning", f"{moved}: {change}"
 
     def _verdict(self) -> str:
         """Return two sentences: the conventions of the data, and their digits without these."""
@@ -169,8 +171,9 @@ class Check(Result):
         if (phase := self.phase) is not None:
             way, power = "behind" if phase.last < 0 else "ahead", self.growth["phase"]
             grows = "" if power is None else f", grows as t^{power:.1f}"
-            lost = "" if phase.lost is None else f"lost at t = {phase.lost:.3g} s, "
-            yield "phase", f"{lost}{abs(phase.last):.2e} s {way} at t = {phase.t:g} s{grows}"
+            lost = "" if phase.lost is None else f"lost at t = {_time(phase.lost, '.3g')}, "
+            off = _time(abs(phase.last), ".2e")
+            yield "phase", f"{lost}{off} {way} at t = {_time(phase.t)}{grows}"
         elif self.method.no_phase:
             yield "phase", self.method.no_phase
 
@@ -179,6 +182,11 @@ class Check(Result):
         if self.digits_required is not None and self.digits_as_given < self.digits_required:
             wanted = f"{self.digits_required:g} digits were requested"
             yield Exit.OUT_OF_BOUND, f"{wanted}; the data have {self.digits_as_given:.1f}"
+
+
+def _time(t: float, form: str = "g") -> str:
+    """Return a time with its unit."""
+    return quantity_of("t").with_unit(t, form=form)
 
 
 def _names(some: Any) -> str:
