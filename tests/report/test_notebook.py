@@ -47,6 +47,7 @@ def test_a_cell_shows_facts_and_a_picture_without_scripts(name, trajectory):
     assert not {"script", "iframe", "svg"} & {tag for tag, _ in cell.tags}
     pictures = [each["src"].partition("base64,")[2] for each in cell.all("img")]
     assert len(pictures) == pictured
+    assert all(each["alt"].startswith("picture of a") for each in cell.all("img"))
     assert all(ET.fromstring(b64decode(each)).tag.endswith("svg") for each in pictures)
 
 

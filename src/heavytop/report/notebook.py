@@ -19,7 +19,7 @@ from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-from heavytop.text import Shown
+from heavytop.text import Shown, with_article
 
 LONGEST_EXPRESSION: Final = 16  # letters: longer expressions are shown as decimals
 
@@ -34,7 +34,8 @@ def html_of(thing: Any) -> str:
     facts, figure = _CELLS.get(type(thing).__name__, _result_cell)(thing)
     html = facts.html() if isinstance(facts, Result) else Table.of_facts(facts).html
     layout = "display:flex;flex-wrap:wrap;gap:1.5em"
-    image = f'<img style="max-width:100%" src="{svg_address(figure)}" alt="">' if figure else ""
+    looks = f'style="max-width:100%" alt="picture of {with_article(type(thing).__name__)}"'
+    image = f'<img {looks} src="{svg_address(figure)}">' if figure else ""
     return f'<div style="{layout}">{image}<div>{html}</div></div>'
 
 
