@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+import heavytop as ht
 from heavytop import errors
 from heavytop.cli import Exit
 from heavytop.report import files
@@ -94,6 +95,8 @@ def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):
     assert stopped.endswith(f"heavytop resume {tmp_path}\n")
     refused(0, "resume", tmp_path)
     assert names(tmp_path) == {"run.json", "trajectory.nc"}
+    with pytest.raises(errors.ForeignFile, match=r"heavytop\.extend"):
+        ht.resume(tmp_path)
     again = heavytop_("resume", tmp_path, "--json")
     assert again.stderr == f"heavytop: {tmp_path}: this run is finished\n"
     assert json.loads(again.stdout) == json.loads((tmp_path / "run.json").read_text("utf-8"))

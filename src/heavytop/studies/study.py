@@ -35,7 +35,7 @@ from heavytop.errors import ForeignFile
 from heavytop.results.base import Result
 from heavytop.results.registry import RESULTS
 from heavytop.scene.arguments import JOBS, path_of, read_argument
-from heavytop.studies.journal import STUDY, Chunk, Journal, Parameters, differences
+from heavytop.studies.journal import RUN, STUDY, Chunk, Journal, Parameters, differences
 from heavytop.studies.workers import (
     TIMED_WORKER,
     InProcess,
@@ -252,7 +252,9 @@ def study_of(parameters: Parameters) -> ModuleType:
     """
     kind = parameters.get("kind")
     if kind not in STUDIES:
-        raise ForeignFile(f"kind = {kind!r:.40}: not a kind of study known here")
+        run = "a run, which `heavytop resume`, or heavytop.extend of its trajectory, continues"
+        what = run if kind == RUN else "not a kind of study known here"
+        raise ForeignFile(f"kind = {kind!r:.40}: {what}")
     return import_module(STUDIES[kind])
 
 
