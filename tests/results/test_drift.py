@@ -3,13 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 import heavytop as ht
 from heavytop.results.table import Row
 from heavytop.scene.quantities import MISSING
 from heavytop.studies.journal import Journal
 
-from .made import METHOD, drift_of
+from .made import METHOD, drift_of, stress_of
 
 SCENE = ht.load_scene("sicm-kicked", ["span.time=0.6"])
 SHORT = Row(METHOD, name="short", periods=[1.0, 4.0], ended={"3": "it diverged"},
@@ -30,6 +31,9 @@ def test_it_says_what_is_lost_skipped_and_ended_early():
     assert "us_per_period" in table.columns
     assert "us_per_period" not in next(drift_of(SHORT).tables()).columns  # its folder has no times
     assert [code for code, _ in found.problems()] == [4, 4]
+    for each in (found, stress_of()):
+        with pytest.raises(TypeError, match="not iterable"):
+            list(each)
 
 
 def test_the_journal_of_another_study_tells_no_times():

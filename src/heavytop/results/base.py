@@ -105,6 +105,8 @@ class Result(Plotted):
             if each.name not in self.left_out:
                 object.__setattr__(self, each.name, as_rows(getattr(self, each.name)))
 
+    __iter__ = None  # of results with `__getitem__`, which takes names: Python would try numbers
+
     def __repr__(self) -> str:
         scene, fact = getattr(self, "scene", None) or {}, ": ".join(next(self.facts(), ()))
         rows = next((table.line for table in self.tables()), "")
