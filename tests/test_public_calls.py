@@ -124,6 +124,7 @@ FAST = ht.Scene(ht.Top(1, "1e-7", 1), ht.State(1, psidot="1e7"), time=1)
     ("validate", {"names": ["hold", "a\n" * 100, "\udcff", 3]}, "names names names names"),
     ("validate", {"names": "holds"}, "names"),
     ("propagate_many", {"digits": 99, "jobs": 0, "formulation": 3}, "digits jobs formulation"),
+    ("propagate_many", {"events": ("turning", "turning")}, "events"),
     ("validate", {"jobs": 0}, "jobs"),
 ])  # fmt: skip
 def test_all_that_is_wrong_is_named_and_nothing_done(name, given, keys, monkeypatch, tmp_path):

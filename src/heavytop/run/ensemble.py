@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -19,7 +20,7 @@ from heavytop.classification.many import is_impossible
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.lambdify import lambdify
-from heavytop.errors import HeavyTopError, Impossible, Outcome, refuse
+from heavytop.errors import Fault, HeavyTopError, Impossible, Outcome, refuse
 from heavytop.exact.pairs import Array
 from heavytop.integration.batch import Batch, Lane, Zeros
 from heavytop.integration.outputs import Sample, sample
@@ -301,7 +302,9 @@ def _choose_form(formulation: str, events: Sequence[str]) -> tuple[Formulation, 
     found, faults = parse_options(ENSEMBLE_NAME, {"formulation": formulation}, forms)
     known = {event: event for event in ("turning", "reversal")}
     names, wrong = parse_names(ENSEMBLE_NAME, "events", events, one_of(known), least=0)
-    refuse(faults + wrong)
+    twice = (name for name, count in Counter(names).items() if count > 1)
+    again = [Fault(ENSEMBLE_NAME, None, "events", name, "each at most once") for name in twice]
+    refuse(faults, wrong, again)
     entry = found["formulation"]
     return entry.build("angles" if "angles" in entry.variants else None), tuple(names)
 
