@@ -23,6 +23,8 @@ def test_it_says_what_is_lost_skipped_and_ended_early():
     found = drift_of(METHOD, SHORT, OTHER)
     assert [name for name, _ in found.facts()][-4:] == ["short", *["a.py:mine"] * 3]
     assert "(short 4 periods)" in dict(found.facts())["drift"]
+    kept = drift_of(Row(METHOD, phase_s=[1e-3, 2e-3]))
+    assert dict(found.facts()).keys() - dict(kept.facts()) == {"short", "a.py:mine", "lost"}
     [table] = found.tables()
     assert table.texts() == [
         ["strang", "1230", "2.0e-09", "0.50(3)", "lost at 10", "lost", "3.0e-02"],

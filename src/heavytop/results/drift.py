@@ -117,7 +117,8 @@ class Drift(Result):
         yield "drift", f"{self.periods:g} nutation periods, {starts}; errors at {last}"
         yield "time", f"{quantity_of('us_per_period').unit} a nutation period"
         yield "energy", error_of("energy").name
-        yield "lost", "at so many periods the phase error passes a twentieth of one"
+        if any(None in each.phase_s for each in self.methods):
+            yield "lost", "at so many periods the phase error passes a twentieth of one"
         yield "as t^", QUANTITIES["energy_growth"].name
         for each in self.methods:
             if each.skipped is not None:
