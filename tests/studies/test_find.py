@@ -137,7 +137,7 @@ def test_boundaries_of_kinds():
     known = (kicked(x).constants for x in values(through))
     assert max(float(each.p_phi - each.p_psi) for each in known) < 1e-15
     loops = find(DROPPED, "start.phidot=-20:40", "kind = loops")
-    assert (len(loops.solutions), loops.holds[0]) == (3, (-20, values(loops)[0]))
+    assert (len(loops.solutions), loops.holds[0], values(loops)[0]) == (3, (-20, 0), 0)
     steady = find(DROPPED, "start.phidot=0.5:40", "kind = uniform-precession")
     rates = [ht.State.steady(DROPPED.top, "0.1", psidot=140, which=w) for w in ("slow", "fast")]
     assert values(steady) == pytest.approx([float(each.phidot) for each in rates], rel=1e-12)

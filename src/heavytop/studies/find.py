@@ -254,7 +254,7 @@ def _find_ends(side: Distance, points: Sequence[float]) -> tuple[list[Enclosed],
     """Return brackets of the ends of intervals in which `side` is at least 0, and the intervals."""
     found = [(*ends, {*map(side, ends)}) for ends in _brackets(side, points)]
     brackets = [(low, high, max(sides) > 0) for low, high, sides in found if min(sides) < 0]
-    ends = [points[0], *((low + high) / 2 for low, high, _ in brackets), points[-1]]
+    ends = [points[0], *(_middle(low, high) for low, high, _ in brackets), points[-1]]
     return brackets, [(a, b) for a, b in pairwise(ends) if side(a + (b - a) / 2) >= 0]
 
 
@@ -327,6 +327,7 @@ def _bisect(distance: Distance, a: float, b: float) -> Bracket:
     """Return the last double on the side of a, and the next one towards b."""
     while (middle := a + (b - a) / 2) not in (a, b):
         a, b = (middle, b) if _same_side(distance, a, middle) else (a, middle)
+    a, b = (x if abs(x) > _LEAST else 0.0 for x in (a, b))  # as `motion_of` takes them
     return a, b
 
 
