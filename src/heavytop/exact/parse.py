@@ -21,8 +21,7 @@ from heavytop.text import closest, nearest, printable
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
 _MAX_HEIGHT: Final = 2**16384  # of numerators and denominators
-_MAX_POWER: Final = 64  # of numerator and denominator of a written exponent
-_MAX_BUILT_POWER: Final = 4096  # of numerator and denominator of an exponent of a result
+_MAX_POWER: Final = 64  # of numerator and denominator of an exponent
 _SIZE_BITS: Final = 128  # of precision, when the size of an irrational number is checked
 
 _THOUSANDTH: Final = Exact.of(Decimal("1e-3"))
@@ -162,11 +161,11 @@ def _power(base: Exact, exponent: Exact) -> Exact:
     """Return base to the exponent, which has to be small."""
     e = exponent.fraction
     if e is None or _height(e) > _MAX_POWER:
-        rule = f"an exponent is a whole number or a fraction p/q, both at most {_MAX_POWER}"
-        raise NotANumber(rule)
+        raise NotANumber(_POWER_RULE)
     return base**e
 
 
+_POWER_RULE: Final = f"an exponent is a whole number or p/q, both at most {_MAX_POWER}"
 _SIGN: Final = 3  # precedence of a sign
 _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] = {
     "+": (1, 2, operator.add),  # its precedence, and the lowest one in its right operand
@@ -186,14 +185,15 @@ _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] =
 def _check_limits(x: Exact) -> Exact:
     """Return a number; raise `NotANumber` where it, or a part of it, is beyond the limits."""
     parts = x.args if x.op in ("+", "*") else (x,)
-    most = {"rational": _MAX_HEIGHT, "^": _MAX_BUILT_POWER}
-    if any(part.op in most and _height(part.args[-1]) > most[part.op] for part in parts):
+    if any(part.op == "rational" and _height(part.args[0]) > _MAX_HEIGHT for part in parts):
         raise NotANumber("a number is too large to be held exactly")
     if (q := x.fraction) is not None:
         return in_range(q)
     size = x.ball(_SIZE_BITS).abs_upper()
     if size < 1e-300 or size > 1e300:
         raise out_of_range()
+    if any(part.op == "^" and _height(part.args[-1]) > _MAX_POWER for part in parts):
+        raise NotANumber(_POWER_RULE)  # the text of such a number could not be read back
     return x
 
 
