@@ -74,7 +74,7 @@ def test_a_round_and_the_amplitude_are_those_of_the_angles(scene):
     motion = shipped(scene)
     found = motion_summary(motion)
     swing = motion.period and pytest.approx(motion.theta_max - motion.theta_min, abs=1e-14)
-    assert found["amplitude"] == swing
+    assert (found["amplitude"], found["round"]) == (swing, motion.round)
     span = 100 * (motion.period or 1.0)
     turned = np.diff(motion.at([0.0, span]).phi)[0]
     rate = 0.0 if motion.kind in ROUNDLESS or motion.regime.asymptotic else abs(turned) / span

@@ -109,10 +109,9 @@ class ClosedForm(Refined):
     def round(self) -> float | None:
         """The time [s] in which the axis goes once round, 2π over |mean φ̇|.
 
-        None where that is zero, on the vertical, and where a motion that tends to it has no mean.
+        None where that is zero, and where the axis comes to the vertical, or tends to it.
         """
-        vertical = self.regime.steady and 0.0 in self.nearest
-        rate = 0.0 if self.regime.asymptotic or vertical else abs(self.mean_angle_rates[0])
+        rate = 0.0 if 0.0 in self.nearest else abs(self.mean_angle_rates[0])
         return 2 * math.pi / rate if rate else None
 
     @cached_property

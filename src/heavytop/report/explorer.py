@@ -24,7 +24,6 @@ from heavytop.plots.sphere import PUSH, STILL_KINDS
 from heavytop.plots.style import KIND_STYLES
 from heavytop.report.page import render
 from heavytop.report.player import FRAMES, LONGEST_S, tops
-from heavytop.results.classification import POLAR
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import QUANTITIES, RATES, SI, UNIT_OF, show_units
 from heavytop.scene.scene import Scene, expect_scene, load_scene
@@ -63,6 +62,9 @@ PLAIN_LIMITS: Final = {
     Kind.WAVES: "The axis nods and precesses in one direction only: its path is a wave.",
 }
 """A sentence about each kind for readers who do not know it."""
+
+POLAR: Final = (Kind.PLANAR_PENDULUM, Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)
+"""Kinds whose axis does not go round the vertical but through it."""
 
 NUMBERED: Final = ("A", "C", "gMR", "E_prime", "p_phi", "p_psi")
 """The quantities that the page shows as numbers, with symbol and unit."""

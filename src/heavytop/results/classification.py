@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from heavytop.analytic.facts import Facts, facts
 from heavytop.analytic.motion import Motion
-from heavytop.classification import Kind
 from heavytop.errors import Unseparated
 from heavytop.results.base import Result
 from heavytop.results.table import Fact
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
     from heavytop.run.plan import Plan
 
 COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
-POLAR: Final = (Kind.PLANAR_PENDULUM, Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)
-"""Kinds whose axis does not go round the vertical but through it."""
 TILTS: Final = re.compile(r"(?<=theta from )(\S+) to (\S+) rad")
 """The tilts in the warning of a kick."""
 ENCLOSED: Final = ("roots", *COURSE)
@@ -56,7 +53,7 @@ def motion_summary(motion: Motion, known: Facts | None = None) -> dict[str, Any]
         "certified": verdict.certified,
         **{name: getattr(motion, name) for name in COURSE},
         "why": verdict.why,
-        "round": None if verdict.kind in POLAR else motion.round,
+        "round": motion.round,
         "amplitude": motion.amplitude,
         "estimates": (known or facts(motion)).estimates,
     }
