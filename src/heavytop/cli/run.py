@@ -80,7 +80,7 @@ def resume(
     from heavytop.studies.journal import first_line
 
     begun = first_line(folder)
-    figures &= " --no-figures" not in (begun.get("command") or "")
+    figures &= "--no-figures" not in (begun.get("command") or "").split()
     with typing(begun.get("command") or typed()):  # the command that began it
         if not (run := begun.get("run")):
             finished = any((folder / name).exists() for name in RESULTS)
