@@ -4,6 +4,7 @@ These are built from the rotation matrix, whose angular velocity generates it.
 """
 
 import random
+from itertools import chain
 
 import mpmath
 import pytest
@@ -82,6 +83,9 @@ def test_what_is_integrated_is_what_the_motion_is_read_from(form):
     integrated = form.constants_in(sp.sympify(rate) for x, rate in pairs if x not in DEVIATIONS)
     unread = {*integrated} - {*form.constants_in(map(sp.sympify, form.reading.values()))}
     assert not unread, f"the derivatives have {unread}: let `reading` be of these constants too"
+    read = {*form.reading} | ({"psidot"} if "omega3" in form.reading else set())
+    lacking = {symbol.name for symbol in SYMBOLS} - read if read.isdisjoint(("w", "e_x")) else ()
+    assert not lacking, f"`reading`, which is of Euler's angles, lacks {lacking}"
 
 
 @every_form
@@ -90,6 +94,10 @@ def test_a_form_has_the_constants_that_outputs_ask_for(form):
     needed |= {"l_z", "phi_0", "P_plus", "P_minus"} if form.phi_wraps else set()
     lacking = needed - {symbol.name for symbol in form.parameters}
     assert not lacking, f"with its `limits` or `phi_wraps` it has to have the constants {lacking}"
+    named = (form.outputs, form.events, form.invariants, form.reading)
+    used = chain(form.derivatives, [form.spin], form.limits, *(each.values() for each in named))
+    unknown = set().union(*(sp.sympify(x).free_symbols for x in used)) - {*form.arguments(), *spin}
+    assert not unknown, f"{unknown}: neither states nor `parameters`, which it has to have"
 
 
 def random_state(seed):
@@ -157,5 +165,7 @@ def test_an_entry_of_the_table_says_what_its_formulation_is():
     for name, entry in FORMULATIONS.items():
         first, *others = map(entry.build, entry.variants)
         for form in (first, *others):
-            assert (form.name, bool(form.limits)) == (name, entry.starts_at_pole)
-        assert (entry.states, entry.us > 0) == (len(first.states), True)
+            assert form.name == name
+            assert bool(form.limits) == entry.starts_at_pole, f"{name}: `starts_at_pole`, `limits`"
+        assert entry.states == len(first.states), f"{name}: `states` in its row"
+        assert entry.us > 0, f"{name}: `us` in its row"
