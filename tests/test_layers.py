@@ -31,4 +31,5 @@ def plot():
 }.items())  # fmt: skip
 def test_nothing_heavy_is_imported_before_it_is_needed(done, heavy):
     program = f"{COMMAND}{done}; print(sorted(set(sys.modules) & {{*{heavy!r}.split()}}))"
-    assert begin("-c", program).communicate()[0].strip() == "[]"
+    imported = begin("-c", program).communicate()[0].strip()
+    assert imported == "[]", f"import {imported} inside the functions that need them"

@@ -264,6 +264,15 @@ REFERENCES = (ROOT / "docs" / "references.bib").read_text("utf-8").rstrip("\n").
 ENTRIES = {re.match(r"@\w+\{(.*),\n", entry)[1]: entry for entry in REFERENCES}
 
 
+@pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
+def test_the_references_have_the_source_of_every_method(method):
+    year, names = re.findall(r"\b[12]\d{3}\b", method.source)[-1], r"(?:\b[A-Z]\. )+(\w[\w-]*)"
+    authors = [line for entry in REFERENCES if f"year = {{{year}}}" in entry
+               for line in entry.splitlines() if "author = " in line]  # fmt: skip
+    found = {name for name in re.findall(names, method.source) if name in " ".join(authors)}
+    assert found, f"docs/references.bib has no entry for {method.source}"
+
+
 def test_its_front_is_what_is_to_be_cited():
     yaml = pytest.importorskip("yaml", reason="it comes with the extra docs")
     front = yaml.safe_load(FRONT)
