@@ -86,7 +86,7 @@ COSTS = ("formulation", "wants", "operations", "steps a period", "µs a period",
 
 
 @proof
-def formulations():
+def formulations(write=False):
     """Every formulation on the book's kicked top: operations, steps, time, error."""
     import sympy as sp
 
@@ -102,18 +102,18 @@ def formulations():
     best, rows = interleaved(timed, 20), []
     for (form, wants), scene in cases.items():
         run = ht.propagate(scene, formulation=form)
-        built = FORMULATIONS[form].build(ht.plan(scene, form).variant)
-        replaced, reduced = sp.cse(built.derivatives)
+        replaced, reduced = sp.cse(run.plan.equations.derivatives)
         operations = sum(map(sp.count_ops, [*(x for _, x in replaced), *reduced]))
-        errors = ht.run_errors(run)
-        psi = f"{errors.psi:.0e}" if wants == ANGLES else ""
-        rows.append((form, wants, str(operations),
-                     f"{run.statistics.steps / PERIODS:.0f}",
-                     f"{best[form, wants] / PERIODS * 1e6:.1f}",
-                     f"{errors.theta:.0e}", psi))  # fmt: skip
+        errors, steps = ht.run_errors(run), run.statistics.steps
+        rows.append((form, wants, str(operations), f"{steps / PERIODS:.0f}",
+                     f"{best[form, wants] / PERIODS * 1e6:.1f}", f"{errors.theta:.0e}",
+                     f"{errors.psi:.0e}" if wants == ANGLES else ""))  # fmt: skip
         bound = 1e-10 if FORMULATIONS[form].grows else 1e-11
         yield f"{form}: error of theta after {PERIODS} periods", errors.theta, bound
     print(markdown(COSTS, rows, left=2))
+    if write:
+        last = {form: (form, *costs) for form, _, *costs in rows}.values()  # with all its angles
+        rewrite("formulations.md", "costs", markdown((COSTS[0], *COSTS[2:]), last), signed=False)
 
 
 # --- kinds, rows and the closed form ---------------------------------------------------------
