@@ -33,7 +33,7 @@ class CertifiedForm(NamedTuple):
     read : int
         The number of states, the first ones, from which outputs are computed.
     pairs : mapping
-        Pairs of states that rotate: the multiples of the angles of alpha and of beta.
+        Pairs of states that rotate: the multiples, 0 or 1, of the angles of alpha and of beta.
     angles : tuple of str
         The angles that follow, with all turns, from the arguments of pairs.
     rest : float

@@ -41,10 +41,9 @@ class Method:
     name : str, optional
         For tables; by default that of the function.
     formulation : str
-        What y is: ``axis`` (e, l_x, l_y), ``attitude``, ``lagrange``, ``subsystem``, ``routh`` or
-        ``cubic``; or ``rotation``, the nine numbers of the rotation matrix from body to space by
-        rows and the angular velocity in the body [rad/s], or ``quaternion``, scalar first, and
-        that velocity.
+        What y is: the states of ``axis`` (e, l_x, l_y) or another formulation; or ``rotation``, the
+        nine numbers of the rotation matrix from body to space by rows and the angular velocity in
+        the body [rad/s], or ``quaternion``, scalar first, and that velocity.
     setting : float, optional
         Steps a nutation period (100), or the relative tolerance of a solver (1e-9) [1]; without it
         a work-precision diagram has a whole grid of them.
