@@ -35,8 +35,8 @@ ZERO_BALL: Final = arb(0)
 class PoleAngle:
     """Φ₊ or Φ₋: a part linear in time, and where P± ≠ 0 a sweep about a pole, else a jump.
 
-    In the complex plane of x, 1/(1 ± u) has its poles at the distance i v from the turning point
-    beside that pole of the sphere, with residues ∓ ½i whatever the motion. So Φ± is the sum of a
+    In the complex plane of x, dΦ±/dx has its poles at the distance i v from the turning point
+    beside that pole of the sphere, with residues ±½i whatever the motion. So Φ± is the sum of a
     multiple of time and of the argument of a theta function, which grows by π (times `sign`) from
     one passage near the pole to the next.
     """

@@ -1,8 +1,8 @@
 """Theta functions of one m near a turning point, for balls and for arrays: series in the nome.
 
-With z = πx/2K and the nome of m, or for m > ½ by Jacobi's imaginary transformation z = πx/2K' and
-that of 1 − m, θ₁ and θ₂ are Σ (∓1)ⁿ qⁿ⁽ⁿ⁺¹⁾ s₂ₙ₊₁, c₂ₙ₊₁ and θ₃, θ₄ are 1 + 2 Σ (±1)ⁿ qⁿⁿ c₂ₙ, with
-sₖ, cₖ = sin kz, cos kz or sinh kz, cosh kz: polynomials in S² or −S², times S = s₁ and C = c₁.
+With z = πx/2K and the nome of m, or for m > ½ by Jacobi's transformation z = πx/2K' and that of 1 −
+m, θ₁ and θ₂ over 2q^¼ are Σ (∓1)ⁿ qⁿ⁽ⁿ⁺¹⁾ s₂ₙ₊₁, c₂ₙ₊₁, and θ₃, θ₄ 1 + 2 Σ (±1)ⁿ qⁿⁿ c₂ₙ, with sₖ,
+cₖ = sin kz, cos kz or sinh kz, cosh kz: polynomials in S² or −S², times S = s₁, C = c₁.
 Reference: *NIST Digital Library of Mathematical Functions*, chapters 20 and 22.
 """
 

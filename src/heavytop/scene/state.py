@@ -81,7 +81,7 @@ class State(Shown):
 
     References
     ----------
-    Sussman & Wisdom, *Structure and Interpretation of Classical Mechanics*, section 2.10.
+    Sussman & Wisdom, *Structure and Interpretation of Classical Mechanics* (2001), section 2.10.
     """
 
     theta: Exact

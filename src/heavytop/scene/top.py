@@ -62,7 +62,7 @@ class Top(Shown):
 
     References
     ----------
-    Sussman & Wisdom, *Structure and Interpretation of Classical Mechanics*, section 2.10.
+    Sussman & Wisdom, *Structure and Interpretation of Classical Mechanics* (2001), section 2.10.
     """
 
     A: Exact
