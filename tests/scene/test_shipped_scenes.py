@@ -31,6 +31,7 @@ MOTIONS = {
     "sicm-forward": ("waves", ()),
     "sicm-forward-spin-held": ("loops", ()),
     "sicm-kicked": ("loops", ()),
+    "sicm-second-edition": ("loops", ()),
     "simo-wong": ("cusps", ("start-at-rest",)),
     "sleeping": ("sleeping", ("stable",)),
     "sleeping-marginal": ("sleeping", ("marginal",)),
