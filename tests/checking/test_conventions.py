@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from heavytop import check
+from heavytop import Scene, State, check
 from heavytop.checking.comparison import Comparison
 from heavytop.checking.conventions import OMEGAS, TABLE
 from heavytop.checking.headers import HEADER_UNITS
@@ -11,7 +11,7 @@ from heavytop.checking.reading import read
 from heavytop.checking.search import FIRST_ERROR, Explanation, Undoing, judge, undo_names
 from heavytop.scene.quantities import RATES
 
-from .made import SCENE, exact, matrix
+from .made import SCENE, TOP, exact, matrix
 
 T = np.linspace(0, 1.5, 151)
 NAMES = [row.name for row in TABLE]
@@ -97,6 +97,17 @@ def test_another_start_would_be_origins_but_for_the_first_row(plants, monkeypatc
     for first, said in ((FIRST_ERROR, {"named"}), (np.inf, {"named", "wrong"})):
         monkeypatch.setattr("heavytop.checking.search.FIRST_ERROR", first)
         assert {of_another_problem(plants, "everything", k)[0] for k in (1, 2, 5)} == said
+
+
+def test_a_kick_the_other_way_may_be_that_beside_conventions_that_do_the_same():
+    """A mirrored world and the other spin; the fit has to be exact to be as good as they."""
+    mine, other = (State("0.4", phidot=x, psidot=150) for x in (9, -9))
+    for names in (("axis",), ("theta", "phi")):
+        data = {"t": 2 * T} | {x: getattr(exact(2 * T, start=mine), x) for x in names}
+        found = check(data, Scene(TOP, other, time=3))
+        said = (found.method["sentence"], *(each.sentence for each in found.alternatives))
+        assert "another number explains the data: phidot = 9" in said
+        assert found.conventions == ()
 
 
 def explanation(misfit, *names):

@@ -133,6 +133,8 @@ def test_an_error_of_the_axis_is_measured(size):
     off = found.errors["axis"]
     assert (off.max, off.rms * np.sqrt(TIMES.size)) == approx((planted, planted))
     assert off.t_max == TIMES[333]
+    off = check({"t": 1000 * TIMES, "axis": axis}, SCENE).errors["axis"]
+    assert off.t_max == pytest.approx(TIMES[333])  # milliseconds are undone
     assert abs(found.digits + np.log10(planted)) < 0.01
 
 
@@ -265,7 +267,7 @@ def test_the_verdict_names_what_is_off():
         ({"t": TIMES, "theta": record.theta, "psidot": omega3}, "psidot is off by 0.07"),
         (angles(record) | {"psidot": omega3}, "psidot is off by 0.07"),
         ({"t": TIMES + 5, "theta": record.theta}, "Conventions: time-origin. The data have 1"),
-        ({"t": rows, "axis": record.axis}, "the clock, "),
+        ({"t": rows, "axis": record.axis}, "the step is coarse, or the clock, "),
         ({"t": rows + 250, "axis": exact(TIMES + 1).axis}, "the start is"),
     ):
         assert said in str(check(data, SCENE)).partition("\n")[0]

@@ -125,6 +125,7 @@ FIVE = {"t": range(5)}
     "is needed in row 2": FIVE | {"phi": [0, 10**400, 0, 0, 0]},
     "no vector of length 0": FIVE | {"axis": np.zeros((5, 3))},
     "numbers of angles, axis": FIVE | {"theta": [np.nan] * 5},
+    "there are t, roll, pitch, yaw": FIVE | dict.fromkeys(("roll", "pitch", "yaw"), [1] * 5),
 }.items())  # fmt: skip
 def test_a_fault_is_told(fault, data):
     with pytest.raises(ForeignFile, match=re.escape(fault)):

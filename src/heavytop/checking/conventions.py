@@ -336,11 +336,10 @@ def _undo_fit(parts: Mapping[str, Sequence[float]]) -> Undo:
         if c.given is None:
             return
         rows, begins = octaves(c.t.size)
-        some = c.rows(rows)
 
         def misfit(x: float, name: str) -> float:
             try:
-                return float(decades(_change_number(some, name, x)[1], begins).sum())
+                return float(decades(_change_number(c, name, x)[1].rows(rows), begins).sum())
             except HeavyTopError:
                 return 0.0  # the misfit where nothing fits
 
@@ -409,7 +408,7 @@ TABLE: Final = (
                "origin"),
     Convention("inertia-about-centre", "A is about the centre of mass and not about the pivot: {}",
                _undo_fit({"A": SHRUNK}), "physics", rare=True),
-    Convention("another-number", "another number does the same: {}",
+    Convention("another-number", "another number explains the data: {}",
                _undo_fit({"A": GROWN} | dict.fromkeys(NUMBERS, CHANGED)), "number", 2.0, rare=True),
 )  # fmt: skip
 INERTIA_ROW, NUMBER_ROW = len(TABLE) - 2, len(TABLE) - 1  # the rows of fits, which take longer

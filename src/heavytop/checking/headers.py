@@ -21,7 +21,7 @@ _ANGLE_NAMES: Final = {
     "phi": "phi precession prec praezession prazession azimuth azimut azimutal acimut alpha "
     "precesion precessione heading",
     "psi": "psi spin chi rotation eigenrotation eigendrehung rotationpropre rotacion rotazione "
-    "roll gamma",
+    "gamma",
     "elevation": "elevation elev altitude elevacion elevazione hohenwinkel hoehenwinkel",
 }
 _TIMES: Final = "t time zeit temps tiempo tempo tid timestamp times clock"

@@ -126,7 +126,7 @@ def check(
     condition = method.measure_condition(judged)
     largest = _largest_errors(judged)
     alone = _lone_error(largest)
-    t = given.values["t"]
+    t = judged.t
     charted = {"t": t, **curves, "phase_t": phase.t, "phase": phase.shifts}
     sizes = {name: _size(t, curve) for name, curve in curves.items()}
     before, after = _rms_error(comparison), max(_rms_error(judged) or 0.0, UNIT)

@@ -234,15 +234,15 @@ def describe_method(
         sentence = f"they have {floor:.1f} digits from the first row on, which is their precision"
     elif first > size / 2:
         begins = c.elapsed[0] == 0 and c.first_error < FIRST_ERROR
-        other = "the clock, rates of the start or A, C, gMR are others"
+        other = "the step is coarse, or the clock, rates of the start or A, C, gMR are others"
         why = other if begins else "the start is another one"
         sentence = f"they are off by {first:.2g} from the first rows on: {why}"
     elif _is_first_order(c, last):
         order = 1
         halves = f"halve the step, and the error at the end, {last:.2g}, halves"
         sentence = f"first order: {halves}; {STAYS}"
-    elif "kept" in kept.get("p_psi", "") and "by" in kept.get("energy", ""):
-        sentence = f"E {kept['energy']} while p_ψ is kept: the step; {REMEDY}"
+    elif kept.get("p_psi") == "kept" != kept["energy"]:
+        sentence = f"E {kept['energy']} while p_ψ is kept: {REMEDY}"
     found = {"order": order, "floor_digits": floor, "rounding": rounding or None}
     return found | kept | {"sentence": sentence}
 
@@ -257,11 +257,11 @@ def _is_first_order(c: Comparison, last: float) -> bool:
 
 
 def _trend(curve: Array) -> str:
-    """Words for an error of a constant: kept, kept within a bound, or rising or falling."""
+    """A word for an error of a constant."""
     slope, off = _fit_line(np.linspace(0, 1, curve.size), curve)
     if abs(slope) < max(CERTAIN * off, 1e-12):
-        return "kept" if abs(curve).max() < 1e-9 else f"kept within {abs(curve).max():.2g}"
-    return f"{'rises' if slope > 0 else 'falls'} by {abs(slope):.2g}"
+        return "kept"
+    return "rises" if slope > 0 else "falls"
 
 
 # --- events --------------------------------------------------------------------------------------

@@ -181,8 +181,8 @@ def judge(found: Sequence[Explanation]) -> Judgement:
     usual = [x for x in found if (x.first_error < FIRST_ERROR and not base.beats(x)) or x is base]
     named = min((x for x in usual if "another-number" not in x.names), key=by_total)
     if "inertia-about-centre" not in named.names:  # no number was fitted; a fit gains a little
-        fitted = "another-number"
-        usual = [x for x in usual if fitted not in x.names or x.cost < named.cost or x.beats(named)]
+        fit = "another-number"
+        usual = [x for x in usual if fit not in x.names or x.cost <= named.cost or x.beats(named)]
     best, kept = min(usual, key=by_total), list[Explanation]()
     if not best.improves(base):
         return Judgement(base, frozenset(), (), found)

@@ -137,14 +137,13 @@ class Check(Result):
         for name in CHECKED_QUANTITIES:
             if size := self.errors[name]:
                 most, rms = error_text(name, size.max), error_text(name, size.rms)
-                yield name, f"{most} at t = {_time(size.t_max)}, RMS {rms}"
+                trend = f", {self.method[name]}" if self.method.get(name) else ""
+                yield name, f"{most} at t = {_time(size.t_max)}, RMS {rms}{trend}"
         yield from self._phase_in_words()
         for name, count in self.events.items():
             if count is not None:
                 lacks = name != "turning" and self.errors.phi is None
                 yield EVENT_WORDS[name], "no φ in the data" if lacks else _count(count)
-        kept = (f"{x} {self.method[x]}" for x in CHECKED_QUANTITIES if self.method.get(x))
-        yield "method", "; ".join([self.method.sentence, *kept])
         change = "effect of a change in the last binary digit of the problem"
         moved = error_of("theta").with_unit(self.condition, form=".1e")
         yield "conditioning", f"{moved}: {change}"
