@@ -162,6 +162,12 @@ def test_a_setting_is_a_positive_number_and_an_order_a_small_one(setting):
         user.Method(rk4, formulation="x", setting=setting, order=setting)
 
 
+def test_a_step_that_wants_the_time_too_is_refused():
+    assert user.Method(lambda f, y, h, half=0.5: y).label
+    with pytest.raises(Impossible, match="a step takes f, y and h alone"):
+        user.Method(lambda f, t, y, h: y)
+
+
 def test_another_process_loads_the_same_file_or_none(file):
     name = user.register(f"{file}:euler")
     origins = user.origins([name])

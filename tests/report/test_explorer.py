@@ -227,6 +227,8 @@ def test_what_is_no_number_is_refused_beside_its_box(page):
         put(page, "phidot", typed, leave=False)
         assert (page.value(invalid), state(page)["phidot"]) == ("true", 7)
         assert text(page, "phidot-fault")
+    put(page, "phidot", "20 turns a second", leave=False)
+    assert "rps" in text(page, "phidot-fault")
     put(page, "phidot", "2**")
     assert (page.value(invalid), page.value(f"{box('phidot')}.value")) == (None, "7")
 

@@ -1,5 +1,7 @@
 """An atlas says how many pixels are of each kind, what its axes are, and what has no pixel."""
 
+from dataclasses import replace
+
 from heavytop.results.atlas import Atlas
 
 AXIS = {"name": "phidot", "low": 0.0, "high": 1.0, "count": 4, "log": True}
@@ -16,3 +18,5 @@ def test_it_shows_its_kinds_axes_and_boundaries():
         ["loops, slow", "2", "50.000%"], ["waves", "1", "25.000%"], ["loops", "1", "25.000%"],
     ]  # fmt: skip
     assert {"x", "held", "boundaries"} <= dict(FOUND.facts()).keys()
+    assert "impossible" not in dict(FOUND.facts())
+    assert "π rad" in dict(replace(FOUND, counts={"impossible": 4}).facts())["impossible"]

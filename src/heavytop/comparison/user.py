@@ -76,8 +76,10 @@ class Method:
         known = (*FORMULATIONS, *BODY_FORMS)
         given: Any = self.setting
         right = given is None or (isinstance(given, Real) and 0 < given <= sys.float_info.max)  # type: ignore[operator]
+        needed = sum(each is inspect.Parameter.empty for each in self._arguments.values())
         rules = (
             (callable(self.function), "function", "must be a function, a step or a solver"),
+            (self.solves or needed <= 3, "function", "a step takes f, y and h alone"),
             (self.formulation in known, "formulation", f"one of {', '.join(known)}"),
             (right, "setting", f"a positive number, at most {sys.float_info.max:.2g}"),
             (self.order in (None, *range(1, 100)), "order", "a whole number from 1 to 99"),

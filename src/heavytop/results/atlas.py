@@ -163,6 +163,8 @@ class Atlas(Result):
         kept = {name: x for name, x in held if name in ROLES and ROLES[name] not in changed}
         yield "held", nonzero(kept)
         yield "not proved", str(self.uncertified)
+        if self.counts.get("impossible"):
+            yield "impossible", "no top or start has these numbers; θ is 0 … π rad"
         lines = Counter(curve.name for curve in self.curves).items()
         counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)
         yield "boundaries", ", ".join(counted) or "none"

@@ -652,7 +652,8 @@
       const { value, scale, unit, text } = typed(field.value, field.dataset);
       const key = { spin: state.held, shape: "C/A", pull: "gMR/A" }[name] ?? name;
       const next = control.with(state, value), bad = wrong(next);
-      const why = !Number.isFinite(value) ? "a number, such as −12.5, 2*pi*25 or 260 rpm"
+      const units = ["", ...Object.keys(DATA.units[name] ?? {})].join(", ");
+      const why = !Number.isFinite(value) ? `a number, such as −12.5 or 2*pi*25${units}`
         : !bad ? "" : bad.name === key ? between(bad, scale, unit)
           : `${bad.name} is then to be ${between(bad)}`;
       field.setAttribute("aria-invalid", String(why !== ""));
