@@ -203,6 +203,11 @@ def test_a_start_is_fitted_where_there_are_no_rates(seed, script):
     assert abs(found.scene.start.omega3 - mine.omega3[0]) < 1e-6
 
 
+def test_what_a_fitted_start_leaves_of_an_error_is_no_precision():
+    found = check({"t": TIMES, "axis": exact(TIMES * (1 + 1e-6)).axis}, TOP)
+    assert (found.origin, found.method["floor_digits"]) == ("fitted", None)
+
+
 @pytest.mark.parametrize(("said", "data"), {
     "none follows from theta alone: give a scene with a start": {"theta": exact().theta},
     "a first row whose axis is not vertical": {"axis": np.tile([0.0, 0.0, 1.0], (TIMES.size, 1))},

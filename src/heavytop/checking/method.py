@@ -220,7 +220,8 @@ def describe_method(
     rounding = rms(shaken[name] - curves[name]) if name in shaken else 0.0
     size, first = rms(error), rms(error[: 3 + error.size // 20])
     last = abs(error[-1 - error.size // 10 :]).max()
-    floor = -float(np.log10(size)) if LEAST_GROWTH < size < 1e-3 and first > size / 2 else None
+    early = first > size / 2 and c.origin != "fitted"  # a fit spreads an error over all rows
+    floor = -float(np.log10(size)) if LEAST_GROWTH < size < 1e-3 and early else None
     order, sentence = None, REMEDY
     if alone and not agent:
         sentence = alone
@@ -232,7 +233,7 @@ def describe_method(
         sentence = f"that is the rounding of the numbers, {rounding:.2g}: write more digits"
     elif floor is not None:
         sentence = f"they have {floor:.1f} digits from the first row on, which is their precision"
-    elif first > size / 2:
+    elif early:
         begins = c.elapsed[0] == 0 and c.first_error < FIRST_ERROR
         other = "the step is coarse, or the clock, rates of the start or A, C, gMR are others"
         why = other if begins else "the start is another one"

@@ -271,7 +271,7 @@ def _energy_error(values: Values, x: Numbers, least: Exact, more: str = "") -> I
     if x.keys() >= {*_MOMENTA} and abs(float(x["p_phi"])) <= abs(float(x["p_psi"])) > 0:
         tilt = float(acos(x["p_phi"] / x["p_psi"]) * 180 / PI)
         rest = f"; these momenta at rest have theta = {tilt:.4g} deg"
-    rule = f"at least {short_text(least)} {where}{more}{rest}"
+    rule = f"at least {short_text(least)} J {where}{more}{rest}"
     return ImpossibleStart([(_energy_name(values), rule)])
 
 
@@ -325,7 +325,8 @@ def _from_steady(values: Values, top: Top) -> dict[str, Any]:
         if top.C.sign() == 0:
             raise ImpossibleStart([("theta", "beyond pi/2: no spin holds up a point mass (C = 0)")])
         least = 2 * sqrt(square * top.gMR) / top.C
-        raise ImpossibleStart([(held, f"at least {short_text(least)} in magnitude at this theta")])
+        rule = f"at least {short_text(least)} rad/s in magnitude at this theta"
+        raise ImpossibleStart([(held, rule)])
     root = sqrt(discriminant)
     larger = p_psi - root if p_psi.sign() == -1 else p_psi + root  # no cancellation
     fast = values["steady"] == "fast"
