@@ -275,6 +275,25 @@ def test_mass_and_distance_are_those_of_a_scene_and_out_of_sight_where_it_has_no
 # --- how it is used --------------------------------------------------------------------------
 
 
+EDGES = """new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
+  const c = document.querySelector('.player canvas'), pen = c.getContext('2d');
+  done([0, c.height - 1].map((y) => pen.getImageData(0, y, c.width, 1).data.filter((x, i) =>
+    i % 4 === 3 && x > 200).length / c.width)); })))"""
+
+
+def test_a_wheel_is_in_sight_of_a_phone(browser, html):
+    """Of the highest and lowest pixels few are drawn: lines cross the edges, the wheel does not."""
+    phone = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": False}
+    browser.ask("Emulation.setDeviceMetricsOverride", **phone)
+    page = opened(browser, html)
+    for name, typed in {"theta": "80", "shape": "1.3"}.items():
+        put(page, name, typed)
+    page.value("document.querySelector('[data-do=side]').click()")
+    page.until(SHOWN)
+    assert max(page.value(EDGES)) < 0.1
+    browser.ask("Emulation.clearDeviceMetricsOverride")
+
+
 def test_the_page_is_small_and_may_load_nothing(html):
     page = html.read_text("utf-8")
     assert len(page) < 200_000

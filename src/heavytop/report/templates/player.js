@@ -81,12 +81,14 @@
       const [up, level] = [Math.sin(camera.lift), Math.cos(camera.lift)];
       return [[-s, c, 0], [-up * c, -up * s, level], [level * c, level * s, up]];
     };
-    const look = (turn, lift, least) => { // the path and the pivot fill the picture
+    const look = (turn, lift, least) => { // the path, the body and the pivot fill the picture
       camera = { turn, lift, zoom: 1 };
       own = false;
-      const rows = view(), seen = [[0, 0, 0], ...run.axes].map((point) => times(rows, point));
-      const ends = [0, 1].map((k) => [Math.min, Math.max].map((end) =>
-        seen.reduce((found, point) => end(found, point[k]), 0)));
+      const rows = view(), seen = run.axes.map((axis) => times(rows, axis));
+      const rims = run.profile.map(([r, h]) => [r * Math.cos(lift), h]); // from above no body
+      const ends = [0, 1].map((k) => [-1, 1].map((way) => way * seen.reduce((most, e) =>
+        Math.max(most, way * e[k], ...rims.map(([r, h]) =>
+          way * h * e[k] + r * Math.sqrt(Math.max(0, 1 - e[k] ** 2)))), 0)));
       [camera.wide, camera.high] = ends.map(([low, top]) => 1.25 * Math.max(top - low, least));
       const [x, y] = ends.map(([low, top]) => (low + top) / 2);
       camera.centre = [0, 1, 2].map((k) => x * rows[0][k] + y * rows[1][k]);
