@@ -278,6 +278,12 @@ def test_the_verdict_names_what_is_off():
         assert said in str(check(data, SCENE)).partition("\n")[0]
 
 
+def test_an_attitude_without_spin_is_no_method_of_first_order():
+    record = exact()
+    table = {"t": TIMES, "theta": record.theta, "phi": record.phi, "psi": np.zeros(TIMES.size)}
+    assert check(table, SCENE).method["order"] is None
+
+
 def test_angles_without_a_tilt_are_judged():
     record = exact()
     found = check({"t": TIMES, "phi": record.phi + 1e-3 * TIMES, "psi": record.psi}, SCENE)

@@ -250,7 +250,7 @@ def describe_method(
 
 def _is_first_order(c: Comparison, last: float) -> bool:
     """Whether the error per unit of time is about the step, in units of the nutation."""
-    if not last or not nutates(c) or not c.motion.period:
+    if not 0 < last < 1 or not nutates(c) or not c.motion.period:
         return False
     turn = 2 * np.pi / c.motion.period
     step, span = turn * np.diff(c.elapsed).max(), turn * np.ptp(c.elapsed)
