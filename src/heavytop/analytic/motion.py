@@ -240,7 +240,7 @@ class ClosedForm(Refined):
 
     def mpf(self, name: str, digits: int, t: Any = None) -> Any:
         """A number of the motion, as `ball` has it, in mpmath numbers: the middles of balls."""
-        digits = integer("digits", digits, 1, MOST_DIGITS)
+        digits = integer("digits", digits, 1)
         return to_mpf(self.ball(name, digits + BALL_SPARE_DIGITS, t), digits)
 
     def require_proof(self) -> None:

@@ -113,10 +113,8 @@ def check(
     named = {each.name for each in found}
     declared = [Finding(x, "the header says so") for x in given.declared if x not in named]
     conventions = (*found, *declared)
-    assumed, digits = (
-        [*given.remarks, *_remark_angles(judged)],
-        _digits(_largest_errors(comparison)),
-    )
+    assumed = [*given.remarks, *_remark_angles(judged)]
+    digits = _digits(_largest_errors(comparison))
     if undone:
         without = _digits(_largest_errors(Comparison(given.values, *motion)))
         assumed.append(f"undone: {', '.join(undone)} ({digits:.1f} digits, without {without:.1f})")
