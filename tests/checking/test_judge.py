@@ -185,6 +185,7 @@ def test_the_start_of_a_top_alone_is_that_of_the_first_row(columns):
     t = TIMES + 7
     found, later = (check(columns(exact(t), t), known) for known in (TOP, SCENE))
     assert (found.origin, later.origin) == ("first row", "scene")
+    assert (found.data.rows, *found.data.span) == (t.size, t[0], t[-1])
     assert found.digits > 11.5
     assert later.digits > 13
 
