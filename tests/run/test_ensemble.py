@@ -45,6 +45,10 @@ def test_the_ends_have_what_the_form_gives(name):
     assert together == pytest.approx(1.0 if gives >= Need.PSI else np.full(37, np.nan), nan_ok=True)
     assert found.final.axis == pytest.approx(full.axis, abs=1e-11, nan_ok=True) or gives < Need.PSI
     assert not found.missed.any()
+    quick = start | {name: start[name] * 2.0**20 for name in ("phidot", "psidot")}
+    strong = SICM | quick | {"gMR": 0.0456 * 2.0**40, "time": TIME / 2**20}
+    fast = ht.propagate_many(**strong, formulation=name, events=EVENTS)
+    assert fast.zeros.t * 2**20 == pytest.approx(found.zeros.t, abs=1e-11)
 
 
 @pytest.mark.parametrize("tilt", [1e-9, np.pi - 1e-9])
