@@ -30,7 +30,7 @@ FROZEN = "996b475d4f3725c3c443482327b9f2e5f64d6577"
 EXPLAINED = {  # pattern of a line of the list -> why it may stand there
     r"\bsteps: \d+ -> ": "steps behind the end of a short run are guessed otherwise, and counted",
     r"document\.(points\[\d+\]\.family|sent|jobs): ": "keys that nothing read are gone",
-    r"document\.\w+_per_s: ": "speeds of an atlas have the names of what is computed",
+    r"scene\.source: .* 2.10|\.sicm-second-edition: ": "editions of SICM have different tops",
     r"document\.(rules\.|phase: )": "other words of rules; workprec looks where drift looks",
     r"plan\.cost_s: ": "quadratures of angles are counted in every form that has them",
     r"warnings\[\d+\]: .* moves theta from ": "a kick that holds omega3 in fewer words",
