@@ -219,6 +219,15 @@ def test_energy_and_momentum_are_told_apart(axis):
     assert off.energy * scale == pytest.approx(float(r.g * row[2]) * 1e-10, rel=1e-6)
 
 
+def test_errors_of_momenta_do_not_depend_on_the_unit_of_time():
+    start = ht.State("pi/2", phidot="0.25e-13", psidot="2e-13")
+    slow = ht.Scene(ht.Top(A=1, C="0.5", gMR="1e-26"), start, periods=1)
+    slow = own("taylor-axis", slow).reference
+    row = exact_row(slow, 0)
+    off = slow((0.0, 0.0), [*(x * (1 + slow.ctx.mpf("1e-10")) for x in row[:3]), *row[3:]])
+    assert off.invariants["p_psi"] == pytest.approx(1e-10, rel=1e-6)
+
+
 @pytest.mark.parametrize("name", [n for n in taylor_methods() if "-" not in n[7:]])
 def test_every_form_starts_on_its_own_closed_form(name):
     found = own(name)
