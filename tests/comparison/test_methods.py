@@ -10,7 +10,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from heavytop.comparison import METHODS, IntegrationFailed, fixed_steps, make_stepper, named
+from heavytop.comparison import METHODS, IntegrationFailed, adaptive, fixed_steps, make_stepper
+from heavytop.comparison.methods import named
 from heavytop.comparison.steppers import StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import Exit, Impossible, MissingPackage
@@ -103,6 +104,19 @@ def test_a_tolerance_is_kept_within_what_ten_periods_make_of_it(name):
     for tolerance in (1e-4, 1e-6) if "radau" in name else (1e-6, 1e-9):
         error = axis_error(set_up(name, tolerance), 10.3 * MOTION.period)
         assert tolerance / 100 < error < 200 * tolerance
+
+
+@pytest.mark.parametrize("name", [name for name in ADAPTIVE if name.endswith("scipy")])
+def test_every_call_of_the_right_hand_side_is_counted(name, monkeypatch):
+    right_hand_side, calls = adaptive.right_hand_side, []
+
+    def watched(*given, **options):
+        rates = right_hand_side(*given, **options)
+        return lambda t, y: calls.append(t) or rates(t, y)
+
+    monkeypatch.setattr(adaptive, "right_hand_side", watched)
+    stepper = set_up(name, steps=40)
+    assert stepper.block(stepper.begin()).evaluations == len(calls) > 40
 
 
 @pytest.mark.parametrize("name", METHODS)

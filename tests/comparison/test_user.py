@@ -2,6 +2,7 @@
 
 import math
 import sys
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -52,7 +53,7 @@ def test_what_a_body_form_says_of_itself_follows_from_its_own_states():
     assert udot == pytest.approx((R @ hat)[2, 2])
     assert energy == pytest.approx(kinetic + g * R[2, 2])
     assert (p_phi, p_psi) == pytest.approx((space[2], inertia * w[2]))
-    assert length == pytest.approx(np.linalg.norm(R[:, 2]))
+    assert length == pytest.approx(R[:, 2] @ R[:, 2])  # as of the axis form
     assert off == pytest.approx(np.linalg.norm(R.T @ R - np.eye(3)))
 
 
@@ -115,6 +116,7 @@ def stops(fun, t_span, y0, **_):
 
 @pytest.mark.parametrize(("function", "setting", "said"), [
     (raises, 100, "it raises ValueError: no step"),
+    (lambda f, y, h: sys.exit(3), 100, "it raises SystemExit: 3"),
     (lambda f, y, h: y[:2], 100, r"it returns an array of shape \(2,\), not \(5,\)"),
     (lambda f, y, h: None, 100, "it returns numbers of type object, not reals"),
     (lambda f, y, h: y + 1j, 100, "it returns numbers of type complex128, not reals"),
@@ -128,6 +130,23 @@ def test_what_a_method_does_wrong_is_named(function, setting, said):
     with pytest.raises(IntegrationFailed, match=said) as failed:
         stepper.block(stepper.begin())
     assert isinstance(failed.value, MethodError) == said.startswith(("it raises", "it ret"))
+
+
+def test_the_first_call_whose_result_is_dropped_warns_nobody(recwarn):
+    def step(f, y, h):
+        warnings.warn("near a pole", stacklevel=1)
+        return rk4(f, y, h)
+
+    def solver(fun, t_span, y0, **options):
+        warnings.warn("stiff", stacklevel=1)
+        return dop853(fun, t_span, y0, **options)
+
+    for method, setting, count in ((step, 100, 200), (solver, 1e-6, 1)):
+        stepper = set_up(method, setting)
+        assert not stepper.warned
+        stepper.block(stepper.begin())
+        assert [*stepper.warned.values()] == [count]
+    assert not recwarn.list
 
 
 # --- how a method is had -------------------------------------------------------------------------

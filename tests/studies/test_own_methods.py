@@ -38,6 +38,18 @@ def test_a_drift_follows_functions_files_and_solvers(mine):
     assert exact.axis[-1] < 1e-12
 
 
+def test_an_order_costs_few_steps():
+    taken = []
+
+    def step(f, y, h):
+        taken.append(h)
+        return rk4(f, y, h)
+
+    [found] = ht.drift(KICKED, methods=[step], periods=1, samples=2).methods
+    assert found.order == pytest.approx(4, abs=0.2)
+    assert len(taken) < 1500
+
+
 def test_what_ones_own_code_prints_is_no_result(mine):
     mine.write_text(f"print('here')\n{RK4}".replace("a = f(y)", "print(a := f(y))"))
     words = "workprec", "sicm-kicked", "--periods", 1, "--budget", 60

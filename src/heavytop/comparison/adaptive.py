@@ -8,6 +8,7 @@ earlier step: scipy's interpolants of DOP853 and Radau are of lower order than t
 
 from __future__ import annotations
 
+import itertools
 import math
 import sys
 import time
@@ -158,10 +159,15 @@ def scipy_stepper(
     bounds = {"rtol": max(tolerance, RTOL_LEAST), "atol": tolerance if atol is None else atol}
 
     def solver(state: Array, end: float, most: int, first: float | None = None) -> TakenSteps:
-        times, states = [0.0], [state]
+        times, states, calls = [0.0], [state], itertools.count()
+
+        def counted_rates(t: float, y: Any) -> Sequence[float]:
+            next(calls)  # `nfev` leaves out those of Radau's Jacobians
+            return rates(t, y)
+
         with warnings.catch_warnings(action="ignore"):  # what they warn of is checked below
             try:
-                run = kind(rates, 0.0, state, end, first_step=first, **bounds)
+                run = kind(counted_rates, 0.0, state, end, first_step=first, **bounds)
                 while run.status == "running" and len(times) <= most:
                     if message := run.step():
                         raise ValueError(message.rstrip("."))
@@ -172,7 +178,7 @@ def scipy_stepper(
                     raise Singular from error
                 raise IntegrationFailed(f"the solver gave up: {error}") from error
         carry = () if name == "LSODA" else (float(run.h_abs),)
-        return TakenSteps(np.array(times), np.array(states), run.nfev, carry)
+        return TakenSteps(np.array(times), np.array(states), next(calls), carry)
 
     far, steps = (_FAR, steps) if steps else (abs(problem.span), sys.maxsize)
     return AdaptiveStepper(

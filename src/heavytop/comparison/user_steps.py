@@ -51,6 +51,7 @@ def user_stepper(own: Method, problem: InitialValueProblem, setting: float, step
         solve = _solver(_count_warnings(own.function, warned), f, setting, own.needs_times)
         with suppress(IntegrationFailed):
             solve(np.array(start), span * FIRST_CALL)
+        warned.clear()  # with the result
         about |= {"solver": solve, "direction": problem.direction}
         return AdaptiveStepper(steps=1, far=abs(span), **about)
     h, block = problem.span / setting, steps or STEPS_A_BLOCK[own.language]
@@ -58,9 +59,11 @@ def user_stepper(own: Method, problem: InitialValueProblem, setting: float, step
         take = _compiled_steps(own.function, _compiled_rates(function, constants, len(start)), h)
     else:
         take = _steps(own.function, f, h)
+    take = _count_warnings(take, warned)
     with suppress(IntegrationFailed):
         take(np.array(start), np.empty(0), 1)
-    return FixedStep(h=h, advance=_count_warnings(take, warned), steps=block, **about)
+    warned.clear()  # with the step
+    return FixedStep(h=h, advance=take, steps=block, **about)
 
 
 # --- the right-hand side that a method is given --------------------------------------------------
@@ -182,7 +185,7 @@ def _name_errors() -> Iterator[None]:
         yield
     except IntegrationFailed:
         raise
-    except Exception as fault:
+    except (Exception, SystemExit) as fault:
         why = " ".join(f"{type(fault).__name__}: {fault}".split())
         raise steppers.MethodError(f"it raises {why:.200}") from fault
 
@@ -263,14 +266,15 @@ class BodyForm:
     def observe(self, y: Sequence[Any], sqrt: Callable[[Any], Any]) -> Sequence[Any]:
         """Return u, udot, the invariants and the axis of a state, in any arithmetic.
 
-        The invariants are energy, p_phi and p_psi over A, the length of the axis and the distance
-        of R^T R from 1. E' is E less the spin's energy at the start.
+        The invariants are energy, p_phi and p_psi over A, |e|^2 or |q|^2, and the distance of
+        R^T R from 1. E' is E less the spin's energy at the start.
         """
         (g, inertia), w, R = self.constants, np.array(y[-3:]), self._rotation(np.array(y[:-3]))
         spin = w * np.array([1, 1, inertia])
         energy = (w @ spin - inertia * self.omega3 * self.omega3) / 2 + g * R[2, 2]
         off = R.T @ R - np.eye(3, dtype=int)
-        length, distance = sqrt(R[:, 2] @ R[:, 2]), sqrt((off * off).sum())
+        square, distance = R[:, 2] @ R[:, 2], sqrt((off * off).sum())
+        length = square if self.matrix else sqrt(square)
         udot = R[2, 0] * w[1] - R[2, 1] * w[0]
         return R[2, 2], udot, energy, R[2] @ spin, spin[2], length, distance, *R[:, 2]
 
