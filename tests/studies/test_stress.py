@@ -205,7 +205,15 @@ def test_lsoda_does_not_return_from_the_pole_and_the_test_goes_on():
     methods = ["lsoda-scipy-lagrange", "taylor-axis"]
     got = ht.stress(cases=["start-at-top"], methods=methods, time_limit=4.0)
     assert [str(run.outcome) for run in got.cases] == ["time-limit", "ok"]
-    assert got["start-at-top", "lsoda-scipy-lagrange"].note == "killed after 4 s"
+    [killed, _] = got.cases
+    assert (killed.case, killed.note) == ("start-at-top", "killed: it did not return within 4 s")
+
+
+@pytest.mark.processes
+def test_a_set_up_that_does_not_return_is_named_with_its_own_limit(monkeypatch):
+    monkeypatch.setattr("heavytop.studies.stress.SET_UP_S", 0.01)
+    [run] = ht.stress(cases=["cusp"], methods=["auto"]).cases
+    assert (run.outcome, run.note) == ("time-limit", "killed: it did not return within 0.01 s")
 
 
 @pytest.mark.processes

@@ -46,15 +46,14 @@ class WorkPrecision(Result):
         One method at one setting each: medians over the ``starts``, and spreads, distances of the
         upper quartile from the lower one. ``method``, ``formulation`` and ``language`` of the
         right-hand side; its ``tolerance`` or ``steps_a_period``; ``bits`` of its numbers; whether
-        it is a ``rival``, and ``has_order``, one for all its steps;
-        ``us_per_period`` and
+        it is a ``rival``, and ``has_order``, one for all its steps; ``us_per_period`` and
         ``us_spread``, the best of ``runs`` of a start in the blocks of steps over the ``periods``
-        they covered [µs]; ``rhs_evaluations`` and
-        ``steps`` of the run from the scene's own start; ``error`` and ``error_spread`` of what it
-        ``measures``, the axis or, where the states do not give it, theta [rad]; ``theta_error``
-        [rad]; ``phase_error`` [s], None beyond a twentieth of a period; ``energy_error``, relative
-        to max(|E'|, gMR); ``setup_s``, to compile [s]; how often a method of one's
-        own ``warned``.
+        they covered [µs]; ``steps`` and ``rhs_evaluations`` of the run from the scene's own start
+        (the steps too, of Taylor's methods and compiled ones of one's own); ``error`` and
+        ``error_spread`` of what it ``measures``, the axis or, where the states do not give it,
+        theta [rad]; ``theta_error`` [rad]; ``phase_error`` [s], None beyond a twentieth of a
+        period; ``energy_error``, relative to max(|E'|, gMR); ``setup_s``, to compile [s]; how
+        often a method of one's own ``warned``.
     skipped : tuple of mapping
         The ``method``, the ``setting`` and the ``reason`` of settings without a point.
     """

@@ -159,9 +159,9 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
     arguments = case, method, reference(case), own
     try:
         [_, found] = TIMED_WORKER.stages(run_task, *arguments, limits=(SET_UP_S, limit))
-    except TimedOut:
+    except TimedOut as late:
         about = {"case": case, "method": method, "formulation": stress_method(method).states}
-        what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed after {limit:g} s"}
+        what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed: {late}"}
         found = Row(NO_RUN, **about, **what, named=True)
     yield Chunk(rows=[found], done=True)
 
