@@ -119,6 +119,17 @@ def test_every_call_of_the_right_hand_side_is_counted(name, monkeypatch):
     assert stepper.block(stepper.begin()).evaluations == len(calls) > 40
 
 
+@pytest.mark.parametrize("name", ["dop853-scipy", "dop853-cyrk"])
+def test_a_block_has_its_steps_whatever_the_unit_of_time(name):
+    state, constants = started()
+    slow, scale = dict(constants), 2.0**-60 * MOTION.period
+    for key, power in {"g": 2, "l_z": 1, "n": 1, "omega3": 1}.items():
+        slow[key] *= scale**power
+    start = (*state[:3], *(x * scale for x in state[3:])), slow
+    stepper = set_up(name, 1e-9, 2.0**60, steps=30, start=start)
+    assert stepper.block(stepper.begin()).steps == 30
+
+
 @pytest.mark.parametrize("name", METHODS)
 def test_backwards_is_the_past(name):
     setting = {"strang": 3000, "bobenko-suris": 9000, "implicit-midpoint": 9000}.get(name)

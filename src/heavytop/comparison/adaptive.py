@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from heavytop.equations.formulation import Formulation
 
 RTOL_LEAST: Final = 100 * 2.0**-52  # scipy raises any smaller relative tolerance to this
-_FAR: Final = 2.0**40  # a bound in time [s] that no block reaches
+_FAR: Final = 2.0**40  # periods: a bound that no block reaches
 
 RightSide = Callable[[float, Any], Sequence[Any]]
 
@@ -97,7 +97,7 @@ class AdaptiveStepper(steppers.Stepper):
 
     solver: Solver
     direction: int
-    far: float = _FAR
+    far: float
     on_steps: Callable[[TakenSteps], object] = id
 
     def block(self, at: StepperState) -> StepperState:
@@ -180,10 +180,9 @@ def scipy_stepper(
         carry = () if name == "LSODA" else (float(run.h_abs),)
         return TakenSteps(np.array(times), np.array(states), next(calls), carry)
 
-    far, steps = (_FAR, steps) if steps else (abs(problem.span), sys.maxsize)
-    return AdaptiveStepper(
-        solver=solver, start=problem.start, direction=problem.direction, steps=steps, far=far
-    )
+    reach, steps = (_FAR, steps) if steps else (1.0, sys.maxsize)
+    return AdaptiveStepper(solver=solver, start=problem.start, direction=problem.direction,
+                           steps=steps, far=reach * abs(problem.span))  # fmt: skip
 
 
 def cyrk_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> AdaptiveStepper:
@@ -194,6 +193,7 @@ def cyrk_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> 
     """
     arguments = np.array([*problem.constants.values(), 0.0])  # the last counts the evaluations
     (rates, seconds), (solve, more) = _cyrk_rates(problem.equations), _cyrk_solve()
+    far, compile_s = _FAR * abs(problem.span), seconds + more
 
     def solver(state: Array, end: float, most: int, first: float = 0.0) -> TakenSteps:
         times, rows = solve(rates.address, state, end, arguments, tolerance, first, most)
@@ -203,7 +203,7 @@ def cyrk_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> 
         return TakenSteps(times, rows[:, :-1], int(rows[-1, -1]), carry)
 
     return AdaptiveStepper(solver=solver, start=problem.start, direction=problem.direction,
-                           steps=steps, compile_s=seconds + more)  # fmt: skip
+                           steps=steps, far=far, compile_s=compile_s)  # fmt: skip
 
 
 @cache
