@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -302,9 +301,9 @@ def _choose_form(formulation: str, events: Sequence[str]) -> tuple[Formulation, 
     found, faults = parse_options(ENSEMBLE_NAME, {"formulation": formulation}, forms)
     known = {event: event for event in ("turning", "reversal")}
     names, wrong = parse_names(ENSEMBLE_NAME, "events", events, one_of(known), least=0)
-    twice = (name for name, count in Counter(names).items() if count > 1)
-    again = [Fault(ENSEMBLE_NAME, None, "events", name, "each at most once") for name in twice]
-    refuse(faults, wrong, again)
+    if len(names) > len({*names}):
+        wrong.append(Fault(ENSEMBLE_NAME, None, "events", ", ".join(names), "each at most once"))
+    refuse(faults + wrong)
     entry = found["formulation"]
     return entry.build("angles" if "angles" in entry.variants else None), tuple(names)
 
