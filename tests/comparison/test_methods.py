@@ -122,12 +122,14 @@ def test_every_call_of_the_right_hand_side_is_counted(name, monkeypatch):
 @pytest.mark.parametrize("name", ["dop853-scipy", "dop853-cyrk"])
 def test_a_block_has_its_steps_whatever_the_unit_of_time(name):
     state, constants = started()
-    slow, scale = dict(constants), 2.0**-60 * MOTION.period
+    slow, scale = dict(constants), 2.0**-90 * MOTION.period
     for key, power in {"g": 2, "l_z": 1, "n": 1, "omega3": 1}.items():
         slow[key] *= scale**power
     start = (*state[:3], *(x * scale for x in state[3:])), slow
-    stepper = set_up(name, 1e-9, 2.0**60, steps=30, start=start)
-    assert stepper.block(stepper.begin()).steps == 30
+    stepper = set_up(name, 1e-9, 2.0**90, steps=100, start=start)
+    after = stepper.block(stepper.begin())
+    assert after.steps == 100
+    assert after.time[0] > 2.0**90  # CyRK's longest step is 2^64 s by default
 
 
 @pytest.mark.parametrize("name", METHODS)

@@ -217,7 +217,7 @@ def _cyrk_solve() -> tuple[Any, float]:
         # one more number, the count of the evaluations, is kept beside the states
         solution = nbsolve2_ivp(address, (0.0, end), y0, method="DOP853", args=args, num_extra=1,
                                 rtol=tolerance, atol=tolerance, expected_size=most + 1,
-                                first_step=first, max_num_steps=most)  # fmt: skip
+                                first_step=first, max_num_steps=most, max_step=np.inf)  # fmt: skip
         times, rows = solution.t.copy(), solution.y.T.copy()
         solution.free()
         return times, rows
