@@ -121,12 +121,10 @@ def check(
     if verdict.alike:
         names = sorted(name for step in steps for name in step.names)
         assumed.append(f"judged as {' and '.join(names) or 'they are'}")
-    condition = method.measure_condition(judged)
-    largest = _largest_errors(judged)
+    condition, largest = method.measure_condition(judged), _largest_errors(judged)
     alone = _lone_error(largest)
-    t = judged.t
-    charted = {"t": t, **curves, "phase_t": phase.t, "phase": phase.shifts}
-    sizes = {name: _size(t, curve) for name, curve in curves.items()}
+    charted = {"t": judged.t, **curves, "phase_t": phase.t, "phase": phase.shifts}
+    sizes = {name: _size(judged.t, curve) for name, curve in curves.items()}
     before, after = _rms_error(comparison), max(_rms_error(judged) or 0.0, UNIT)
     rms = {"error_before": before, "error_after": after}
     slips = [{"name": x.name, "sentence": x.sentence, **rms} for x in conventions]
