@@ -36,7 +36,6 @@ BESIDES = {  # what is tried though it may be left out
 MAKERS = ("Motion", "Scene", "State", "Top", "State.from_quaternion", "State.from_rotation",
           "State.kicked", "Top.from_solids")  # fmt: skip
 FUNCTIONS = {n for n in ht.__all__ if inspect.isfunction(getattr(ht, n))}
-WRONG = [object(), "of no use", None, 1j, {}]
 UNREAD = {"which", "overrides", "resume methods"}  # read after what is wrong besides
 NAMES = [("stress", "cases"), ("stress", "methods"), ("explore", "scene")]  # or all
 OPTIONAL = [("Scene", "time"), ("State.from_constants", "E"), *NAMES]
@@ -62,7 +61,7 @@ def optional(name):
 
 
 EVERY = sorted({*FUNCTIONS, *MAKERS, *BESIDES})
-PLACES = [(n, place, WRONG) for n in EVERY for place in needed(n)]
+PLACES = [(n, x, [object(), "of no use", None, 1j, {}]) for n in EVERY for x in needed(n)]
 PLACES += [(n, place, (object(), 1j)) for n in EVERY for place in optional(n)]
 PLACES += [("propagate_many", x, (-1, "x", None, 30)) for x in ("digits", "events", "formulation")]
 PLACES += [

@@ -18,14 +18,14 @@ pytestmark = pytest.mark.reference
 
 # g ≥ 0, released at a turning point or anywhere between; both sides of the poles and close to them
 NUTATIONS = ("rising", "falling", "cusps", "within 1e-9 of the separatrix", *FURTHER)
-SPARE = 260  # digits that Π(n|m) next to a pole and the roots may lose
 
 
 class Textbook(ByHand):
     """The closed form by mpmath alone: roots by `polyroots`, K, Π and sn by its own functions."""
 
     def __init__(self, begun, digits):
-        super().__init__(begun.top, begun.start, digits + SPARE)
+        # so many may be lost by the roots, and by Π(n|m) next to a pole
+        super().__init__(begun.top, begun.start, digits + 260)
         self.low, self.middle, self.high = self.roots
         self.m = (self.middle - self.low) / (self.high - self.low)
         self.w = self.mp.sqrt(self.g * (self.high - self.low) / 2)

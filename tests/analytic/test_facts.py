@@ -195,25 +195,21 @@ def highest(top, omega3=1):
     return ht.facts(top, ht.State(0 if top.gMR.sign() == 1 else "pi", omega3=omega3))
 
 
-def modes(top, omega3):
-    """Eigenvalues about the vertical where V is highest, e = (x, y, ±1): Newton's equations.
-
-    With x, y ≪ 1 the axis form gives ë_x = −s b ė_y + |g| e_x and ë_y = s b ė_x + |g| e_y, where
-    s = ±1 says which vertical it is.
-    """
-    b, g = float(top.C * omega3 / top.A), float(top.gMR / top.A)
-    s, pull = (-1 if g < 0 else 1), abs(g)
-    rows = [0, 0, 1, 0], [0, 0, 0, 1], [pull, 0, 0, -s * b], [0, pull, s * b, 0]
-    return np.linalg.eigvals(np.array(rows))
-
-
 @settings(max_examples=100, deadline=None)
 @given(fractions("0.1", 4), fractions("0.05", 2), exact, fractions(-9, 9))
 def test_rates_are_eigenvalues(A, flat, gMR, omega3):
-    """Real parts are the growth, and the imaginary parts differ by the frequency of θ."""
+    """Real parts are the growth, and the imaginary parts differ by the frequency of θ.
+
+    About the vertical where V is highest, e = (x, y, ±1) with x, y ≪ 1. There Newton's equations,
+    in the axis form, are ë_x = −s b ė_y + |g| e_x and ë_y = s b ė_x + |g| e_y, where s = ±1 says
+    which vertical it is.
+    """
     assume(gMR or omega3)  # else a tilt grows as time
     top = ht.Top(A, A * flat, gMR)
-    values = modes(top, omega3)
+    b, g = float(top.C * omega3 / top.A), float(top.gMR / top.A)
+    s, pull = (-1 if g < 0 else 1), abs(g)
+    rows = [0, 0, 1, 0], [0, 0, 0, 1], [pull, 0, 0, -s * b], [0, pull, s * b, 0]
+    values = np.linalg.eigvals(np.array(rows))
     known = highest(top, omega3=omega3)
     growth, frequency = known.growth_rate, known.small_nutation_frequency
     assert (growth is None) == known.stable == (frequency is not None)

@@ -82,14 +82,10 @@ def of_another_problem(plants, name, seed=11, names=()):
     return plants.verdict(data, scene, names)
 
 
-@pytest.mark.parametrize("name", OTHERS)
-def test_another_number_is_no_convention(plants, name):
-    assert of_another_problem(plants, name)[0] == "named"
-
-
-def test_another_number_is_no_convention_beside_one_that_is_sure(plants):
-    """A spin that was held does the same, and so does another number: in degrees it is either."""
-    assert of_another_problem(plants, "psidot", names=("degrees",))[0] == "named"
+# a spin that was held does the same, and so does another number: in degrees it is either
+@pytest.mark.parametrize(("name", "sure"), [("psidot", ("degrees",)), *((x, ()) for x in OTHERS)])
+def test_another_number_is_no_convention_also_beside_one_that_is_sure(plants, name, sure):
+    assert of_another_problem(plants, name, names=sure)[0] == "named"
 
 
 def test_another_start_would_be_origins_but_for_the_first_row(plants, monkeypatch):

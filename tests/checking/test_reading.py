@@ -66,17 +66,14 @@ def columns():
     return {name: values[:40] for name, values in angles(RECORD).items()}
 
 
-def table(path, between, first):
-    options = {"header": first + between.join(columns()), "comments": "", "encoding": "utf-8"}
-    np.savetxt(path, np.transpose([*columns().values()]), "%.17g", between, **options)
-
-
 def written(path):
     """A file of the kind that its name tells, with all columns."""
     data, name = columns(), path.name
     tables = {"mine.csv": (",", ""), "blanks.csv": (" ", "# "), "semicolons.txt": (";", "\n")}
     if name in tables or name == "mine.tsv":
-        table(path, *tables.get(name, ("\t", "\ufeff")))
+        between, first = tables.get(name, ("\t", "\ufeff"))
+        options = {"header": first + between.join(data), "comments": "", "encoding": "utf-8"}
+        np.savetxt(path, np.transpose([*data.values()]), "%.17g", between, **options)
     elif name.startswith("index"):  # a column without a name
         pandas.DataFrame(data).to_csv(path, sep=",\t"[name.endswith("tsv")])
     elif name == "mine.npz":

@@ -12,7 +12,6 @@ VALIDATION = Path(__file__).parents[2] / "validation"
 SCRIPTS = sorted({VALIDATION / f"{x.script}.py" for x in load_claims().values() if not x.is_proof})
 PROVENANCE = (VALIDATION / "PROVENANCE.md").read_text("utf-8").replace("−", "-")
 DECIMAL = re.compile(r"(?<![\w.])\d+\.\d+(?![\w.])")
-ROW = re.compile(r"^\| (0\.01|2) \| (-?\d+\.\d+) \| .* \| (\S+) \|$", re.M)
 
 
 def test_a_number_of_more_than_six_digits_has_its_line():
@@ -31,7 +30,7 @@ def test_what_exudyn_prints_is_as_far_from_exact_as_is_said(script):
     )  # fmt: skip
     times = ("0.01", "2")
     exact = {t: at.omega[1] for t, at in zip(times, body.at(times), strict=True)}
-    rows = ROW.findall(PROVENANCE)
+    rows = re.findall(r"^\| (0\.01|2) \| (-?\d+\.\d+) \| .* \| (\S+) \|$", PROVENANCE, re.M)
     assert len(rows) == 24
     for t, value, said in rows:
         off = abs(exact[t] - type(exact[t])(value))

@@ -237,8 +237,10 @@ def test_a_line_every_half_minute_says_how_much_is_done(capsys):
     "stress --list", "atlas sicm-kicked --x phidot=-9:9:9 --y psidot=-9:9:9 -j 1",
     "drift sicm-kicked --periods 30 --methods taylor-axis-projected,gauss8",
 ])  # fmt: skip
-def test_what_a_verb_prints_fits_eighty_columns_and_nothing_stands_behind_a_line(words):
+def test_what_a_verb_prints_fits_its_lines_and_nothing_is_written(words, tmp_path, monkeypatch):
+    """In eighty columns, without blanks behind a line."""
+    monkeypatch.chdir(tmp_path)
     lines = CliRunner().invoke(app, words.split(), env={"COLUMNS": "80"}).stdout.splitlines()
-    assert lines
+    assert (bool(lines), [*tmp_path.iterdir()]) == (True, [])
     assert max(map(cell_len, lines)) <= 80
     assert [line for line in lines if line != line.rstrip()] == []

@@ -16,12 +16,6 @@ from ..commands import document, done_with, fail_with, heavytop_, names, printed
 KICKED = ("run", "sicm-kicked", "--set", "span.time=0.5")
 
 
-def test_a_table_is_printed_and_nothing_is_written(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert printed(*KICKED)
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_folder_gets_every_file_the_document_names(tmp_path):
     folder = tmp_path / "new" / "out"
     result = heavytop_(*KICKED, "-o", folder, "--json", "-v")

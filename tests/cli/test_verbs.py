@@ -156,11 +156,8 @@ def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):
     assert len(document(*swept, "--unit", "rpm")["rows"]) == 3
     said = printed(*swept, "--unit", "rpm", "-o", str(tmp_path / "new" / "x.csv"))
     assert said == f"wrote {tmp_path}/new/x.csv\n"
-    assert (
-        (tmp_path / "new" / "x.csv")
-        .read_text("utf-8")
-        .startswith("start.psidot [rpm],kind,round [s]")
-    )
+    written = (tmp_path / "new" / "x.csv").read_text("utf-8")
+    assert written.startswith("start.psidot [rpm],kind,round [s]")
     printed(*swept, "-o", str(tmp_path / "out"))
     assert (tmp_path / "out" / "sweep.svg").stat().st_size > 1000
 

@@ -11,7 +11,6 @@ import heavytop as ht
 
 ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.+)\n((?:    .*\n|\n)*)", re.MULTILINE)
 FILE = re.compile(r"``((?:tests|validation)/[\w/.]+)``")
-UNPACKED = re.compile(r"Unpack\[(\w+)\]")  # a typed dictionary: each of its keys is a keyword
 NUMERIC = re.compile(r"\b(float|number|ndarray|array_like|mpf|array)\b")
 FUNCTIONS = [name for name in ht.__all__ if inspect.isfunction(getattr(ht, name))]
 CLASSES = [name for name in ht.__all__ if inspect.isclass(getattr(ht, name))]
@@ -37,7 +36,7 @@ def taken(function):
     """The names of what a function takes, with those of a typed ``**``."""
     names = []
     for name, each in inspect.signature(function).parameters.items():
-        if typed := UNPACKED.fullmatch(str(each.annotation)):
+        if typed := re.fullmatch(r"Unpack\[(\w+)\]", str(each.annotation)):
             names += function.__globals__[typed[1]].__annotations__
         elif name not in {"self", "cls"}:
             names.append(name)

@@ -13,8 +13,6 @@ import pytest
 from ..processes import surroundings
 from .pages_agree import BLOCK, NUMBER, agree
 
-DOCS = Path(__file__).parents[2] / "docs"
-SESSION = re.compile(r"^```console\n(.*?)^```", re.MULTILINE | re.DOTALL)
 FILES = Path(__file__).parents[1] / "checking" / "data"
 ANY = "###"
 LEFT_OUT = "…"
@@ -22,7 +20,7 @@ LEFT_OUT = "…"
 
 def steps(text):
     """Return (command, what is shown of its output) of every console block."""
-    for block in SESSION.findall(text):
+    for block in re.findall(r"^```console\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
         for step in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
             command, _, shown = step.partition("\n")
             yield command, shown
@@ -86,7 +84,7 @@ def test_the_comparison_means_something(shown, same, other):
 }.items())  # fmt: skip
 def test_a_page_shows_what_happens(page, expected, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    text = (DOCS / page).read_text("utf-8")
+    text = (Path(__file__).parents[2] / "docs" / page).read_text("utf-8")
     if block := BLOCK.search(text):
         Path("mine.py").write_text(block[1].partition("\n\n\nscene")[0], "utf-8")
     if page == "check-a-trajectory.md":  # which writes the file that is checked

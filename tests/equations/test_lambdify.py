@@ -23,15 +23,6 @@ x, y = sp.symbols("x y", real=True)
 X, Y = hy.make_vars("x", "y")
 
 
-def value_at(expression, precision):
-    """Evaluate a translated expression at x = 3/4, y = 5/8, numbers exact in any precision."""
-    there = translate([expression], {"x": X, "y": Y}, precision)
-    kind = {} if precision == 53 else {"fp_type": hy.real, "prec": precision}
-    function = hy.cfunc(there, [X, Y], compact_mode=True, **kind)
-    numbers = [x if precision == 53 else hy.real(x, precision) for x in (0.75, 0.625)]
-    return sp.Float(str(function(numbers)[0]), max(17, int(precision * 0.3)))
-
-
 @pytest.mark.parametrize("expression", [
     x / 3 + sp.sqrt(2) * y,
     sp.Rational("0.1") * x - sp.Rational(7, 9),
@@ -43,8 +34,14 @@ def value_at(expression, precision):
 ], ids=str)  # fmt: skip
 @pytest.mark.parametrize("precision", [53, 240])
 def test_constants_are_exact_at_the_working_precision(expression, precision):
+    """At x = 3/4 and y = 5/8, numbers that are exact in any precision."""
+    there = translate([expression], {"x": X, "y": Y}, precision)
+    kind = {} if precision == 53 else {"fp_type": hy.real, "prec": precision}
+    function = hy.cfunc(there, [X, Y], compact_mode=True, **kind)
+    numbers = [x if precision == 53 else hy.real(x, precision) for x in (0.75, 0.625)]
+    found = sp.Float(str(function(numbers)[0]), max(17, int(precision * 0.3)))
     exact = expression.subs({x: sp.Rational(3, 4), y: sp.Rational(5, 8)}).evalf(90)
-    error = abs(value_at(expression, precision) - exact) / max(1, abs(exact))
+    error = abs(found - exact) / max(1, abs(exact))
     assert error < sp.Float(2) ** (4 - precision)
 
 

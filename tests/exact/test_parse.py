@@ -1,8 +1,10 @@
 """Texts that are numbers, and what is none, each refused by the rule that it breaks."""
 
 import math
+from decimal import Decimal
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from heavytop.errors import NotANumber
@@ -37,17 +39,23 @@ REFUSED = {
     "root of a negative": ["sqrt(-1)", "(-8)^(1/2)"],
     "exponent": ["9^9^9", "2^pi", "2^65", "2^(129/2)", "2^(1/65)", "pi^40*pi^30"],
     "too large": ["(1 + 1e-300)^64"],
-    "1e300": ["(10^64)^64", "((1 + pi)^64)^64", "9e299*pi", "9e299*sqrt(1 + pi)", "1e301"],
+    "1e300": ["(10^64)^64", "((1 + pi)^64)^64", "9e299*pi", "9e299*sqrt(1 + pi)", "1e301",
+              Decimal("1e999999999"), 10**301, 5e-324],
     "1e-300": ["1e-300/pi^2", "0.999e-300", "1e-99999999999"],
     "characters long": ["1" + "0" * 4000],
     "nests": ["(" * 60 + "1" + ")" * 60, "-" * 60 + "1", "2^" * 60 + "1"],
+    "true or false": [True],
+    "nothing": [None],
+    "not a list": [[1]],
+    "not a complex": [1j],
+    "finite": [math.nan, np.float64("inf"), Decimal("nan")],
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("rule", "text"), [(rule, x) for rule in REFUSED for x in REFUSED[rule]])
-def test_what_is_no_number_is_refused(text, rule):
+@pytest.mark.parametrize(("rule", "x"), [(rule, x) for rule in REFUSED for x in REFUSED[rule]])
+def test_what_is_no_number_is_refused(x, rule):
     with pytest.raises(NotANumber, match=rule):
-        Exact.of(text)
+        Exact.of(x)
 
 
 SIZES = {  # of each unit, in those of SI
