@@ -10,7 +10,7 @@ import mpmath
 import pytest
 import sympy as sp
 
-from heavytop.equations import euler_angles, reduced_cubic
+from heavytop.equations import euler_angles
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.euler_poisson import deviation, frame_rate, kappa
 from heavytop.equations.formulation import FORMULATIONS, components, spin, time
@@ -46,12 +46,6 @@ def test_torque_less_the_change_of_momentum_is_the_quadratic_of_steady_precessio
     assert off.subs(steady).applyfunc(lambda x: normal_form(sp.expand(x))) == sp.zeros(3, 1)
 
 
-def in_angles(form, expression):
-    """Write a function of a formulation's states as a function of the Euler angles."""
-    start = dict(zip(form.states, form.start, strict=True))
-    return sp.sympify(expression).subs(start).subs(dict(form.parameters))
-
-
 def in_half_angles(expression):
     """Write everything through half angles, of which some forms are made."""
     for angle in lag.COORDINATES:
@@ -65,13 +59,15 @@ def in_half_angles(expression):
 @pytest.mark.slow
 @every_form
 def test_states_move_as_the_lagrange_equations_say(form):
+    in_angles = dict(zip(form.states, form.start, strict=True))
     for state, start, derivative in zip(form.states, form.start, form.derivatives, strict=True):
         if state in DEVIATIONS:
             continue  # an angle less a uniform rotation: see below
         rate = lag.time_derivative(start).subs(SOLVED)
         if form.name == "attitude":  # in a frame that spins by kappa
             rate -= form.parameters[kappa] * sp.diff(start, lag.psi)
-        difference = in_half_angles(rate - in_angles(form, derivative))
+        expected = sp.sympify(derivative).subs(in_angles).subs(dict(form.parameters))
+        difference = in_half_angles(rate - expected)
         cleared = sp.cancel(sp.together(difference * lag.A * lag.C * lag.gMR))
         assert normal_form(sp.numer(cleared)) == 0, state
 
@@ -100,12 +96,6 @@ def test_a_form_has_the_constants_that_outputs_ask_for(form):
     assert not unknown, f"{unknown}: neither states nor `parameters`, which it has to have"
 
 
-def random_state(seed):
-    source = random.Random(seed)
-    ranges = [(0.1, 3), (0.1, 3), (-2, 2), (0.1, 3), *[(-3, 3)] * 2, *[(-4, 4)] * 2, (-9, 9)]
-    return {s: sp.Rational(str(source.uniform(*x))) for s, x in zip(SYMBOLS, ranges, strict=True)}
-
-
 def quaternion():
     """The attitude in Euler angles, scalar first."""
     half, plus, minus = lag.theta / 2, (lag.phi + lag.psi) / 2, (lag.phi - lag.psi) / 2
@@ -128,7 +118,10 @@ EXPECTED = {
 @pytest.mark.parametrize("seed", range(3))
 @every_form
 def test_all_it_tells_is_what_the_angles_tell_at_fifty_digits(form, seed):
-    values = random_state(seed)
+    source = random.Random(seed)
+    ranges = [(0.1, 3), (0.1, 3), (-2, 2), (0.1, 3), *[(-3, 3)] * 2, *[(-4, 4)] * 2, (-9, 9)]
+    drawn = [sp.Rational(str(source.uniform(*ends))) for ends in ranges]
+    values = dict(zip(SYMBOLS, drawn, strict=True))
 
     def value(expression, **rates):
         """What an expression in states and parameters is, where rates are others."""
@@ -151,14 +144,6 @@ def test_all_it_tells_is_what_the_angles_tell_at_fifty_digits(form, seed):
         for sign in (1, -1, 0):
             found = value(form.events[event], **{rate.name: sign * abs(values[rate])})
             assert sp.sign(found.round(40)) == sign, event
-
-
-@pytest.mark.parametrize("side", [1, -1])
-def test_the_cubic_in_heights_is_the_cubic(side):
-    A, P, n, g = lag.A, reduced_cubic.P, reduced_cubic.n, reduced_cubic.g
-    values = {lag.u: side * (1 - reduced_cubic.w), lag.p_phi: A * (P + side * n), lag.p_psi: A * n}
-    values |= {lag.E_prime: A * (reduced_cubic.excess + side * g), lag.gMR: A * g}
-    assert sp.expand(lag.cubic().subs(values) - reduced_cubic.height_cubic(side)) == 0
 
 
 def test_an_entry_of_the_table_says_what_its_formulation_is():

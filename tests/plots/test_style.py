@@ -5,7 +5,7 @@ from matplotlib.cbook import is_math_text
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from heavytop.plots.style import legend, literal, save
+from heavytop.plots.style import literal, save
 
 HOSTILE = ("$x$ and $\\frac{$", "costs 5$", "_gone", "two\nlines", "", "\\", "\\$", "x" * 5000)
 
@@ -17,17 +17,6 @@ def test_a_text_is_drawn_as_it_is():
         assert not is_math_text(literal(text))
         words = " ".join(text.split()) or "–"
         assert drawn.strip() == (words if len(words) <= 90 else words[:89] + "…")
-
-
-def test_a_legend_names_once_what_stands_in_any_panel():
-    figure = Figure()
-    one, two = figure.subplots(2)
-    one.plot([0, 1], label="a")
-    for label in ("a", "b", literal("_gone")):
-        two.plot([0, 1], label=label)
-    legend(figure)
-    words = [[text.get_text().strip() for text in each.get_texts()] for each in figure.legends]
-    assert words == [["a", "b", "_gone"]]
 
 
 @pytest.mark.parametrize("suffix", ["svg", "png", "pdf"])

@@ -1,6 +1,5 @@
 """Every refusal of a scene: where, which key, which rule, and never a traceback."""
 
-import pickle
 import re
 
 import pytest
@@ -58,7 +57,7 @@ def test_one_fault_is_named_with_its_place(old, new, line, key, rule):
     assert (rule in said, said.isprintable(), len(said) < 300) == (True, True, True)
 
 
-def test_every_fault_is_listed_at_once_a_line_each_also_after_pickling():
+def test_every_fault_is_listed_at_once_a_line_each():
     text = GOOD.replace("A = 3.28e-4", "A = true").replace("theta = 0.1", 'theta = "x"')
     text = text.replace("C = 6.60e-5", "C = -1").replace("gMR", "gmr").replace("digits", "digit")
     text = text.replace("time = 2", "time = 0").replace("format = 1", "format = 3")
@@ -70,8 +69,7 @@ def test_every_fault_is_listed_at_once_a_line_each_also_after_pickling():
     }  # fmt: skip
     lines = [fault.line or 0 for fault in error.value.faults]
     assert lines == sorted(lines)
-    again = pickle.loads(pickle.dumps(error.value))
-    assert str(again).splitlines() == [str(fault) for fault in error.value.faults]
+    assert str(error.value).splitlines() == [str(fault) for fault in error.value.faults]
 
 
 CHANGES = {"start.theta=1\n[evil]\nx=1": "start.theta", "start=1": "start", "theta": "theta"}

@@ -56,11 +56,6 @@ def test_moments_that_no_rigid_body_has_are_warned_of_once_and_taken(make, value
     assert pickle.loads(pickle.dumps(top)).warning == top.warning  # and says nothing anew
 
 
-@pytest.mark.parametrize("C", [0, 2])
-def test_a_point_mass_and_a_flat_disk_are_bodies(C):
-    assert ht.Top(1, C, 1).warning == ""
-
-
 def moments(density, profile, start, end):
     """Mass, first moment, A and C about the pivot by integration over thin disks."""
     z = sp.Symbol("z")

@@ -77,15 +77,6 @@ def test_killed_at_any_moment_it_goes_on(whole, tmp_path):
     assert lines(log) == before
 
 
-def test_killed_in_any_line_it_goes_on(whole, tmp_path):
-    """The moments a clock does not hit: in the middle of a line, also of the first one."""
-    draw, file = random.Random(0), tmp_path / "study" / "study.jsonl"
-    for part in (0.0, 1e-4, *(draw.random() for _ in range(8))):
-        written = done(file.parent, PARAMETERS, slice_s=0.0) and file.read_bytes()
-        file.write_bytes(written[: int(part * len(written))])
-        assert results(done(file.parent, PARAMETERS, slice_s=0.0)) == whole
-
-
 def test_the_number_of_workers_changes_nothing(whole, tmp_path):
     journal = Journal.read(done(tmp_path / "three", PARAMETERS, jobs=3, slice_s=SLICE))
     assert results(tmp_path / "three") == whole

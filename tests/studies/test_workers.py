@@ -148,11 +148,6 @@ def test_a_process_that_is_being_started_is_not_cut_off():
     assert done
 
 
-def test_an_interrupt_of_no_signal_is_handed_on():
-    with pytest.raises(KeyboardInterrupt), workers.stop_signal():
-        raise KeyboardInterrupt
-
-
 def test_what_is_refused_in_a_worker_is_refused_here(process):
     with pytest.raises(errors.ForeignFile, match="kind = 'unheard'"):
         process.call(study.study_of, {"kind": "unheard"})
