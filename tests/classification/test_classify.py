@@ -17,6 +17,7 @@ from heavytop import Kind, State, Top
 from heavytop.classification.classify import UndecidedError, classify
 from heavytop.exact import Exact, sqrt
 
+from ..motions import BOOK
 from ..starts import CTX, kind_of
 
 X = Exact.of
@@ -39,6 +40,15 @@ def test_the_first_kind_that_fits(moments, gMR, theta, thetadot, phidot, spin, h
     kind, detail = kind_of(*numbers, held=held)
     assert found.kind == kind
     assert not detail or detail in found.tags
+
+
+@pytest.mark.parametrize("exponent", [1, 12])
+def test_around_the_sleeping_threshold(exponent):
+    """C ω3 = 2 √(A gMR), an irrational number: on it marginal, beside it stable or unstable."""
+    threshold, off = 2 * sqrt(BOOK.A * BOOK.gMR) / BOOK.C, X(f"1e-{exponent}")
+    for way, tag in ((-1, "unstable"), (0, "marginal"), (1, "stable")):
+        found = classify(BOOK, State(0, omega3=threshold * (1 + way * off)))
+        assert (found.kind, found.tags) == (Kind.SLEEPING, (tag,))
 
 
 # --- built from their roots ----------------------------------------------------------------------

@@ -10,7 +10,7 @@ import mpmath
 import pytest
 import sympy as sp
 
-from heavytop.equations import euler_angles
+from heavytop.equations import euler_angles, reduced_cubic
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.euler_poisson import deviation, frame_rate, kappa
 from heavytop.equations.formulation import FORMULATIONS, components, spin, time
@@ -144,6 +144,14 @@ def test_all_it_tells_is_what_the_angles_tell_at_fifty_digits(form, seed):
         for sign in (1, -1, 0):
             found = value(form.events[event], **{rate.name: sign * abs(values[rate])})
             assert sp.sign(found.round(40)) == sign, event
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_cubic_in_heights_is_the_cubic(side):
+    A, P, n, g = lag.A, reduced_cubic.P, reduced_cubic.n, reduced_cubic.g
+    values = {lag.u: side * (1 - reduced_cubic.w), lag.p_phi: A * (P + side * n), lag.p_psi: A * n}
+    values |= {lag.E_prime: A * (reduced_cubic.excess + side * g), lag.gMR: A * g}
+    assert sp.expand(lag.cubic().subs(values) - reduced_cubic.height_cubic(side)) == 0
 
 
 def test_an_entry_of_the_table_says_what_its_formulation_is():
