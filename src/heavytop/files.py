@@ -46,12 +46,14 @@ def as_json(document: Mapping[str, Any]) -> str:
 def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a temporary file beside `path`, then rename it to `path`.
 
-    A reader, or a crash at any moment, finds the old file or the new one, never a part.
+    A reader, or a crash at any moment, finds the old file or the new one, never a part. A folder
+    that is missing is made.
     """
     if not path.name:
         raise Impossible([("path", f"the name of a file, not {str(path)!r}")])
     part = path.parent / f".{os.getpid()}{get_ident()}.{path.name[-200:]}"
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         write(part)
         with part.open("r+b") as written:
             os.fsync(written.fileno())

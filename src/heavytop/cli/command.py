@@ -289,7 +289,6 @@ def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figur
                 first, drawn = None if option("json") else show, figures and answer.figures
                 found = replace(found, files=write_result(found, folder, figures=drawn, show=first))
         if path is not None and not isinstance(found, str):
-            path.parent.mkdir(parents=True, exist_ok=True)
             found.save(path)
             written = f"wrote {printable(path)}"
     except (errors.StoppedEarly, OSError) as fault:

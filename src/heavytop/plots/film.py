@@ -155,7 +155,6 @@ def film(
             if progress is not None:
                 progress((k + 1) / count)
 
-    place.parent.mkdir(parents=True, exist_ok=True)
     write_atomic(place, lambda part: FILM_WRITERS[form](part, frames(), rate))
     return place
 

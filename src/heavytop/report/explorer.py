@@ -121,7 +121,6 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
     refuse(faults)
     with show_units(SI):  # the page has its own units
         page = render("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([]))
-    place.parent.mkdir(parents=True, exist_ok=True)
     write_text(place, page)
     return place
 
