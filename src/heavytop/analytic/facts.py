@@ -14,8 +14,8 @@ beside its extreme; where C > 2A it may twice, and a zero between the turning po
 
 For p_ψ² ≫ 4 A |gMR| textbooks give gMR/p_ψ for the mean precession or the slow steady rate,
 p_ψ/(A cosθ) for the fast one, 2π A/p_ψ for the period of nutation, and 2 A gMR sin²θ₀/p_ψ² for
-u₂ − u₁ of a top let go from rest at θ₀. Each comes with its error: at p_ψ²/(4 A gMR) = 6.25 the
-amplitude is still 16 % too small near the vertical. Facts are computed in balls, and rounded once.
+u₂ − u₁ of a top let go from rest at θ₀. Each comes with its error: at p_ψ²/(4 A gMR) = 6.25 and
+θ₀ = 0.3 the amplitude is still 15 % too small. Facts are computed in balls, and rounded once.
 """
 
 from __future__ import annotations

@@ -22,6 +22,7 @@ MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
 _MAX_HEIGHT: Final = 2**16384  # of numerators and denominators
 _MAX_POWER: Final = 64  # of numerator and denominator of an exponent
+_POWER_RULE: Final = f"an exponent is a whole number or p/q, both at most {_MAX_POWER}"
 _SIZE_BITS: Final = 128  # of precision, when the size of an irrational number is checked
 
 _THOUSANDTH: Final = Exact.of(Decimal("1e-3"))
@@ -165,7 +166,6 @@ def _power(base: Exact, exponent: Exact) -> Exact:
     return base**e
 
 
-_POWER_RULE: Final = f"an exponent is a whole number or p/q, both at most {_MAX_POWER}"
 _SIGN: Final = 3  # precedence of a sign
 _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] = {
     "+": (1, 2, operator.add),  # its precedence, and the lowest one in its right operand

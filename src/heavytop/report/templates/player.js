@@ -85,7 +85,7 @@
       camera = { turn, lift, zoom: 1 };
       own = false;
       const rows = view(), seen = run.axes.map((axis) => times(rows, axis));
-      const rims = run.profile.map(([r, h]) => [r * Math.cos(lift), h]); // from above no body
+      const rims = run.profile.map(([r, h]) => [r * Math.cos(lift), h]); // seen from above the body may be cut off
       const ends = [0, 1].map((k) => [-1, 1].map((way) => way * seen.reduce((most, e) =>
         Math.max(most, way * e[k], ...rims.map(([r, h]) =>
           way * h * e[k] + r * Math.sqrt(Math.max(0, 1 - e[k] ** 2)))), 0)));
